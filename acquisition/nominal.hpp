@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "acquisition/part_file.hpp"
+#include "core/error.hpp"
+
+namespace cmm::acquisition {
+
+/// The nominal part contour in one plane, closed, counter-clockwise, dense enough for a periodic cubic spline to be true
+/// to a fraction of a micrometre where the source is smooth. Part frame, mm.
+struct NominalContour {
+    double z_mm = 0.0;
+    std::vector<Eigen::Vector2d> points;
+    double lean_rad = 0.0;   ///< largest angle of the surface to the section plane's normal direction in this plane (A22)
+};
+
+/// The nominal of a part: cut at any height. Immutable, thread-safe. Made by `load_nominal` from sections (lofted),
+/// parametric formulas or a mesh.
+class Nominal {
+  public:
+    virtual ~Nominal() = default;
+    /// Errors: plan_invalid when z lies outside the nominal, input_invalid when the cut is not one closed contour.
+    virtual core::Result<NominalContour> cut(double z_mm) const = 0;
+    virtual double z_low_mm() const = 0;
+    virtual double z_high_mm() const = 0;
+
+  protected:
+    Nominal() = default;
+    Nominal(const Nominal&) = default;
+    Nominal& operator=(const Nominal&) = default;
+};
+
+/// nullptr for kind "none". Errors: input_missing, input_invalid, config_invalid.
+core::Result<std::shared_ptr<const Nominal>> load_nominal(const NominalSpec& spec);
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+
+namespace cmm::acquisition {
+
+enum class NominalKind { sections, parametric, mesh, none };
+enum class Span { automatic, x, y, z };
+
+/// The numbers of docs/part-file.md, "The parametric blade".
+struct ParametricBlade {
+    double chord_root_mm, chord_tip_mm, thickness_root_mm, thickness_tip_mm;
+    double camber_rad, stagger_root_rad, stagger_tip_rad;
+    double le_radius_mm, te_radius_mm;
+    double lean_x_rad, lean_y_rad;
+    double z_root_mm, z_tip_mm;
+};
+
+struct NominalSpec {
+    NominalKind kind = NominalKind::none;
+    std::vector<std::string> files;                 ///< resolved against the part file, patterns expanded, sorted
+    Span span = Span::automatic;
+    std::optional<Eigen::Vector2d> le_hint_mm;
+    std::optional<ParametricBlade> blade;
+};
+
+struct StylusSpec {
+    double radius_mm = 1.0, shank_radius_mm = 0.6, length_mm = 20.0;
+};
+
+struct ScanSpec {
+    std::vector<double> heights_mm;                 ///< ascending
+    double pitch_mm = 0.4, edge_density = 4.0, max_speed_mm_s = 10.0;
+    double clearance_mm = 5.0, approach_mm = 1.0, search_mm = 1.5;
+    std::optional<Eigen::Vector2d> start_mm, toward_mm;
+    std::optional<std::array<double, 4>> box_mm;    ///< x0 y0 x1 y1
+};
+
+struct GateSpec {
+    std::optional<double> profile_mm, edge_profile_mm;   ///< full width of the zone; absent: reported, not judged
+};
+
+/// A part file as the host sees it ([actual] is the simulator's). A value.
+struct PartFile {
+    std::string path;                               ///< of the file itself
+    std::string text;                               ///< its content, kept in the run file
+    std::string name, serial;
+    NominalSpec nominal;
+    StylusSpec stylus;
+    ScanSpec scan;
+    GateSpec gate;
+};
+
+/// Errors: input_missing, config_syntax, config_invalid (file:line:column, did you mean).
+core::Result<PartFile> load_part_file(const std::string& path);
+core::Result<PartFile> parse_part_file(std::string_view text, const std::string& path);
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "fitting/section.hpp"
+
+namespace cmm::acquisition {
+
+/// ISO 14253-1: three states; `reported` carries no requirement, `not_evaluable` says why in `note`.
+enum class Decision : std::uint8_t { accept, reject, undecided, reported, not_evaluable };
+std::string_view to_string(Decision decision) noexcept;
+
+/// A characteristic of one section: a number with its method, its uncertainty and what was decided about it.
+struct Characteristic {
+    std::string name;                  ///< profile_le, profile_suction, profile_te, profile_pressure, le_radius, te_radius, chord, max_thickness
+    std::string method;                ///< e.g. "ISO 1101 line profile, nominal frame, 2 max|d|"
+    std::optional<double> value_mm;
+    std::optional<double> u95_mm;      ///< expanded uncertainty
+    std::optional<double> limit_mm;    ///< upper tolerance limit where there is one
+    Decision decision = Decision::reported;
+    std::string note;
+};
+
+/// One recorded point with what became of it: raw points are kept for ever.
+struct RecordedPoint {
+    std::uint64_t sequence = 0;
+    Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();   ///< part frame
+    std::uint16_t flags = 0;
+    fitting::PointVerdict verdict;
+};
+
+/// A finished section. `fit` is absent where the points do not determine a section; `why` says it.
+struct SectionResult {
+    std::size_t index = 0;             ///< 0-based, order of measurement
+    std::string name;
+    double z_mm = 0.0;
+    std::vector<RecordedPoint> points;
+    std::optional<fitting::SectionFit> fit;
+    std::string why;                   ///< not evaluable because ...
+    std::vector<double> deviation_mm;  ///< signed normal distance to the nominal, one per fit->contour point; empty without a nominal
+    std::vector<Eigen::Vector2d> nominal_contour;   ///< for the pictures; empty without a nominal
+    std::vector<Characteristic> characteristics;
+};
+
+/// A whole part. Worst decision of all characteristics: reject before undecided before accept.
+struct PartResult {
+    std::string part_name, part_serial, started_utc, machine, run_id;
+    double ball_radius_mm = 0.0;
+    bool has_nominal = false;
+    bool complete = true;              ///< false: the scan ended early; then the verdict cannot be accept
+    std::vector<SectionResult> sections;
+    Decision verdict() const;
+};
+
+}  // namespace cmm::acquisition
