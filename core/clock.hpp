@@ -43,6 +43,8 @@ class ManualClock final : public Clock {
     std::int64_t utc_origin_ns_;
 };
 
-constexpr double seconds(Duration d) noexcept { return std::chrono::duration<double>(d).count(); }
+constexpr double seconds(Duration d) noexcept {
+    return std::chrono::duration<double>(d).count();
+}
 
 }  // namespace cmm::core

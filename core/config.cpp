@@ -14,13 +14,15 @@ namespace cmm::core {
 struct ConfigTable::Document {
     std::string name;
     toml::table root;
-    std::set<std::string> known;      // dotted names asked for
+    std::set<std::string> known;  // dotted names asked for
     std::optional<Error> first_error;
 };
 
 namespace {
 
-const toml::table* as_table(const void* node) { return static_cast<const toml::table*>(node); }
+const toml::table* as_table(const void* node) {
+    return static_cast<const toml::table*>(node);
+}
 
 std::string dotted(const std::string& path, std::string_view key) {
     return path.empty() ? std::string(key) : path + "." + std::string(key);
@@ -79,7 +81,9 @@ ConfigTable ConfigTable::table(std::string_view key) const {
     return ConfigTable(document_, sub, dotted(path_, key));
 }
 
-bool ConfigTable::has(std::string_view key) const { return node_ != nullptr && as_table(node_)->contains(key); }
+bool ConfigTable::has(std::string_view key) const {
+    return node_ != nullptr && as_table(node_)->contains(key);
+}
 
 double ConfigTable::number(std::string_view key, double fallback, Bounds bounds) const {
     const auto* node = static_cast<const toml::node*>(find(key));
@@ -142,7 +146,8 @@ std::string ConfigTable::word(std::string_view key, std::string_view fallback,
         if (value == candidate) return value;
     }
     std::string list;
-    for (const auto candidate : words) list += (list.empty() ? "\"" : ", \"") + std::string(candidate) + "\"";
+    for (const auto candidate : words)
+        list += (list.empty() ? "\"" : ", \"") + std::string(candidate) + "\"";
     complain(key, "must be one of " + list + ", not \"" + value + "\"");
     return std::string(fallback);
 }
@@ -182,12 +187,16 @@ std::vector<std::string> ConfigTable::texts(std::string_view key) const {
     return values;
 }
 
-void ConfigTable::ignore(std::string_view key) const { document_->known.insert(dotted(path_, key) + ".*"); }
+void ConfigTable::ignore(std::string_view key) const {
+    document_->known.insert(dotted(path_, key) + ".*");
+}
 
 void ConfigTable::complain(std::string_view key, std::string_view what) const {
     if (document_->first_error) return;
-    document_->first_error = Error{
-        ErrorCode::config_invalid, where(key) + ": " + dotted(path_, key) + " " + std::string(what), {}, Motion::not_concerned};
+    document_->first_error = Error{ErrorCode::config_invalid,
+                                   where(key) + ": " + dotted(path_, key) + " " + std::string(what),
+                                   {},
+                                   Motion::not_concerned};
 }
 
 std::string ConfigTable::where(std::string_view key) const {
@@ -199,7 +208,9 @@ std::string ConfigTable::where(std::string_view key) const {
     return table->source().begin.line == 0 ? document_->name : position(document_->name, table->source());
 }
 
-const std::string& ConfigTable::file() const { return document_->name; }
+const std::string& ConfigTable::file() const {
+    return document_->name;
+}
 
 std::string ConfigTable::resolve(const std::string& name) const {
     const std::filesystem::path path(name);

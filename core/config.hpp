@@ -18,9 +18,10 @@ struct Bounds {
     double high = std::numeric_limits<double>::max();
 };
 
-/// A table of a TOML file, read key by key. Every read marks its key as known; the first error is kept (file, line, column,
-/// what is wrong, what to do) and reading goes on with the fallback, so that a reader is a plain list of keys followed by one
-/// `finish()`, which also reports a key that nobody asked for ("did you mean"). Cheap to copy; one thread.
+/// A table of a TOML file, read key by key. Every read marks its key as known; the first error is kept (file, line,
+/// column, what is wrong, what to do) and reading goes on with the fallback, so that a reader is a plain list of keys
+/// followed by one `finish()`, which also reports a key that nobody asked for ("did you mean"). Cheap to copy; one
+/// thread.
 class ConfigTable {
   public:
     /// Errors: input_missing, config_syntax.
@@ -60,8 +61,8 @@ class ConfigTable {
     ConfigTable(std::shared_ptr<Document> document, const void* node, std::string path);
     const void* find(std::string_view key) const;
     std::shared_ptr<Document> document_;
-    const void* node_ = nullptr;   // toml::table, absent: nullptr
-    std::string path_;             // dotted name of this table, "" = root
+    const void* node_ = nullptr;  // toml::table, absent: nullptr
+    std::string path_;            // dotted name of this table, "" = root
 };
 
 }  // namespace cmm::core

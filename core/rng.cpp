@@ -21,7 +21,9 @@ std::uint64_t Rng::next() noexcept {
     return z ^ (z >> 31);
 }
 
-double Rng::uniform() noexcept { return static_cast<double>(next() >> 11) * 0x1.0p-53; }
+double Rng::uniform() noexcept {
+    return static_cast<double>(next() >> 11) * 0x1.0p-53;
+}
 
 std::uint64_t Rng::below(std::uint64_t bound) noexcept {
     return static_cast<std::uint64_t>(uniform() * static_cast<double>(bound));

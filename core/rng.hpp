@@ -11,7 +11,8 @@ class Rng {
   public:
     explicit Rng(std::uint64_t seed) noexcept : state_(seed) {}
 
-    /// An independent stream for a purpose and an index: the k-th draw of it does not depend on what other streams drew.
+    /// An independent stream for a purpose and an index: the k-th draw of it does not depend on what other streams
+    /// drew.
     static Rng keyed(std::uint64_t seed, std::uint64_t stream, std::uint64_t index) noexcept;
 
     std::uint64_t next() noexcept;

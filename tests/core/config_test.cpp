@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/config.hpp"
+
+#include <gtest/gtest.h>
+
+namespace cmm::core {
+namespace {
+
+ConfigTable parsed(std::string_view text) {
+    return ConfigTable::parse(text, "dir/part.toml").value();
+}
+
+TEST(Config, ReadsValuesWithFallbacksAndFinishesClean) {
+    const auto root =
+        parsed("a = 1.5\nn = 3\nw = \"none\"\nf = true\nl = [1, 2.5]\nt = [\"x\", \"y\"]\n[sub]\nk = 2\n");
+    EXPECT_EQ(root.number("a", 0), 1.5);
+    EXPECT_EQ(root.number("n", 0), 3.0);
+    EXPECT_EQ(root.integer("n", 0), 3);
+    EXPECT_EQ(root.number("absent", 7.0), 7.0);
+    EXPECT_EQ(root.word("w", "mesh", {"mesh", "none"}), "none");
+    EXPECT_TRUE(root.boolean("f", false));
+    EXPECT_EQ(root.numbers("l"), (std::vector<double>{1, 2.5}));
+    EXPECT_EQ(root.texts("t"), (std::vector<std::string>{"x", "y"}));
+    EXPECT_EQ(root.table("sub").required_number("k"), 2.0);
+    EXPECT_EQ(root.table("other").number("k", 9.0), 9.0);
+    EXPECT_TRUE(root.finish());
+    EXPECT_EQ(root.resolve("s/1.csv"), "dir/s/1.csv");
+    EXPECT_EQ(root.resolve("/abs.csv"), "/abs.csv");
+}
+
+TEST(Config, AnUnknownKeyIsAnErrorWithItsPlaceAndASuggestion) {
+    const auto root = parsed("[scan]\npitch_mm = 0.4\nedge_densty = 4\n");
+    const auto scan = root.table("scan");
+    (void)scan.number("pitch_mm", 1);
+    (void)scan.number("edge_density", 1);
+    const auto status = root.finish();
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.error().code, ErrorCode::config_invalid);
+    EXPECT_EQ(status.error().message,
+              "dir/part.toml:3:1: unknown key scan.edge_densty; did you mean \"edge_density\"?");
+}
+
+TEST(Config, AnIgnoredTableMayHoldAnything) {
+    const auto root = parsed("[actual]\nwhat = 1\n");
+    root.ignore("actual");
+    EXPECT_TRUE(root.finish());
+}
+
+TEST(Config, TheFirstWrongValueIsReportedWithItsPlace) {
+    const auto root = parsed("[stylus]\nradius_mm = -1\nlength_mm = \"long\"\n");
+    const auto stylus = root.table("stylus");
+    (void)stylus.number("radius_mm", 1, {0.05, 10});
+    (void)stylus.number("length_mm", 1);
+    const auto status = root.finish();
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.error().message, "dir/part.toml:2:1: stylus.radius_mm must be from 0.05 to 10");
+}
+
+struct BadCase {
+    const char* text;
+    const char* expected;
+};
+
+class ConfigBad : public testing::TestWithParam<BadCase> {};
+
+TEST_P(ConfigBad, IsSaidPlainly) {
+    const auto root = parsed(GetParam().text);
+    (void)root.required_number("a", {0, 5});
+    (void)root.integer("i", 0);
+    (void)root.boolean("b", false);
+    (void)root.word("w", "x", {"x", "y"});
+    (void)root.numbers("l");
+    (void)root.texts("t");
+    (void)root.text("s", "");
+    (void)root.table("sub");
+    const auto status = root.finish();
+    ASSERT_FALSE(status);
+    EXPECT_NE(status.error().message.find(GetParam().expected), std::string::npos) << status.error().message;
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Values, ConfigBad,
+    testing::Values(BadCase{"i = 1", "a is missing"}, BadCase{"a = 6", "from 0 to 5"}, BadCase{"a = \"x\"", "a number"},
+                    BadCase{"a = nan", "a number"}, BadCase{"a = 1\ni = 1.5", "whole number"},
+                    BadCase{"a = 1\nb = 1", "true or false"}, BadCase{"a = 1\nw = \"z\"", "\"x\", \"y\""},
+                    BadCase{"a = 1\nl = 3", "list of numbers"}, BadCase{"a = 1\nl = [\"q\"]", "numbers only"},
+                    BadCase{"a = 1\nt = 3", "list of texts"}, BadCase{"a = 1\nt = [1]", "texts only"},
+                    BadCase{"a = 1\ns = 3", "text in quotes"}, BadCase{"a = 1\nsub = 3", "table [sub]"}));
+
+TEST(Config, BrokenTomlSaysWhere) {
+    const auto root = ConfigTable::parse("a = \n", "p.toml");
+    ASSERT_FALSE(root);
+    EXPECT_EQ(root.error().code, ErrorCode::config_syntax);
+    EXPECT_EQ(root.error().message.substr(0, 9), "p.toml:1:") << root.error().message;
+    EXPECT_EQ(ConfigTable::load("/nonexistent/x.toml").error().code, ErrorCode::input_missing);
+}
+
+}  // namespace
+}  // namespace cmm::core
