@@ -1,0 +1,1 @@
+set(ACQUISITION_SESSION_SOURCES session.cpp)

@@ -1,0 +1,1 @@
+cmm_test(acquisition_session_tests SOURCES session_test.cpp LIBS cmm::acquisition)
