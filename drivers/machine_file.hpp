@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "core/error.hpp"
+#include "drivers/endpoint.hpp"
+
+namespace cmm::drivers {
+
+/// How to reach a machine: the [link] table of a machine file (config/machines/modbus-tcp.toml explains the keys), or a
+/// URL alone with the defaults below. A plain value.
+struct LinkSettings {
+    Endpoint endpoint;
+    std::string map_file;  ///< register map; empty: version 1 as documented
+    double connect_timeout_ms = 2000.0;
+    double response_timeout_ms = 500.0;
+    double reconnect_ms = 3000.0;  ///< how long a broken link is tried again before an operation fails
+    double poll_ms = 2.0;          ///< pause between exchanges while no sample waits, at most 10
+};
+
+/// Reads a machine file; everything outside [link] and [machine] belongs to the simulator. Errors: input_missing,
+/// config_*.
+core::Result<LinkSettings> load_link_settings(const std::string& path);
+/// A URL ("scheme:...") or the name of a machine file.
+core::Result<LinkSettings> link_settings_from(const std::string& url_or_file);
+
+}  // namespace cmm::drivers
