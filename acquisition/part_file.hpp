@@ -25,7 +25,7 @@ struct ParametricBlade {
 
 struct NominalSpec {
     NominalKind kind = NominalKind::none;
-    std::vector<std::string> files;                 ///< resolved against the part file, patterns expanded, sorted
+    std::vector<std::string> files;  ///< resolved against the part file, patterns expanded, sorted
     Span span = Span::automatic;
     std::optional<Eigen::Vector2d> le_hint_mm;
     std::optional<ParametricBlade> blade;
@@ -36,21 +36,21 @@ struct StylusSpec {
 };
 
 struct ScanSpec {
-    std::vector<double> heights_mm;                 ///< ascending
+    std::vector<double> heights_mm;  ///< ascending
     double pitch_mm = 0.4, edge_density = 4.0, max_speed_mm_s = 10.0;
     double clearance_mm = 5.0, approach_mm = 1.0, search_mm = 1.5;
     std::optional<Eigen::Vector2d> start_mm, toward_mm;
-    std::optional<std::array<double, 4>> box_mm;    ///< x0 y0 x1 y1
+    std::optional<std::array<double, 4>> box_mm;  ///< x0 y0 x1 y1
 };
 
 struct GateSpec {
-    std::optional<double> profile_mm, edge_profile_mm;   ///< full width of the zone; absent: reported, not judged
+    std::optional<double> profile_mm, edge_profile_mm;  ///< full width of the zone; absent: reported, not judged
 };
 
 /// A part file as the host sees it ([actual] is the simulator's). A value.
 struct PartFile {
-    std::string path;                               ///< of the file itself
-    std::string text;                               ///< its content, kept in the run file
+    std::string path;  ///< of the file itself
+    std::string text;  ///< its content, kept in the run file
     std::string name, serial;
     NominalSpec nominal;
     StylusSpec stylus;

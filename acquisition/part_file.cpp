@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/part_file.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "acquisition/file_pattern.hpp"
+#include "core/config.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+using core::Bounds;
+using core::ConfigTable;
+
+constexpr double smallest_mm = 1e-3;  // lengths below a micrometre are slips of the unit, not parts
+constexpr double largest_mm = 1e5;
+constexpr Bounds length_mm{smallest_mm, largest_mm};
+constexpr Bounds place_mm{-largest_mm, largest_mm};
+constexpr std::int64_t most_sections = 100000;
+
+std::optional<Eigen::Vector2d> point(const ConfigTable& table, std::string_view key) {
+    const auto values = table.numbers(key);
+    if (!table.has(key)) return std::nullopt;
+    if (values.size() != 2) {
+        table.complain(key, "must be two numbers [x, y] in mm");
+        return std::nullopt;
+    }
+    return Eigen::Vector2d(values[0], values[1]);
+}
+
+ParametricBlade read_blade(const ConfigTable& table) {
+    ParametricBlade b{};
+    const auto angle = [&](std::string_view key, double limit) {
+        return core::rad_from_deg(table.required_number(key, {-limit, limit}));
+    };
+    b.chord_root_mm = table.required_number("chord_root_mm", length_mm);
+    b.chord_tip_mm = table.required_number("chord_tip_mm", length_mm);
+    b.thickness_root_mm = table.required_number("thickness_root_mm", length_mm);
+    b.thickness_tip_mm = table.required_number("thickness_tip_mm", length_mm);
+    b.camber_rad = angle("camber_deg", 170.0);
+    b.stagger_root_rad = angle("stagger_root_deg", 180.0);
+    b.stagger_tip_rad = angle("stagger_tip_deg", 180.0);
+    b.le_radius_mm = table.required_number("le_radius_mm", length_mm);
+    b.te_radius_mm = table.required_number("te_radius_mm", length_mm);
+    b.lean_x_rad = angle("lean_x_deg", 80.0);
+    b.lean_y_rad = angle("lean_y_deg", 80.0);
+    b.z_root_mm = table.required_number("z_root_mm", place_mm);
+    b.z_tip_mm = table.required_number("z_tip_mm", place_mm);
+    if (b.z_tip_mm <= b.z_root_mm) table.complain("z_tip_mm", "must be larger than z_root_mm");
+    if (b.le_radius_mm + b.te_radius_mm >= b.chord_root_mm) {
+        table.complain("chord_root_mm", "must be larger than le_radius_mm + te_radius_mm");
+    }
+    return b;
+}
+
+std::vector<std::string> read_files(const ConfigTable& table) {
+    std::vector<std::string> files;
+    const auto names = table.texts("files");
+    if (names.empty()) table.complain("files", "must name at least one file for this kind of nominal");
+    for (const auto& name : names) {
+        const std::string resolved = table.resolve(name);
+        if (!is_file_pattern(name)) {
+            files.push_back(resolved);
+            continue;
+        }
+        auto found = expand_file_pattern(resolved);
+        if (found.empty()) table.complain("files", "holds \"" + name + "\", which matches no file (" + resolved + ")");
+        std::move(found.begin(), found.end(), std::back_inserter(files));
+    }
+    return files;
+}
+
+NominalSpec read_nominal(const ConfigTable& table) {
+    NominalSpec spec;
+    if (!table.has("kind")) table.complain("kind", "is missing: \"sections\", \"parametric\", \"mesh\" or \"none\"");
+    const std::string kind = table.word("kind", "none", {"sections", "parametric", "mesh", "none"});
+    const std::string span = table.word("span", "auto", {"auto", "x", "y", "z"});
+    spec.span = span == "x" ? Span::x : span == "y" ? Span::y : span == "z" ? Span::z : Span::automatic;
+    spec.le_hint_mm = point(table, "le_hint_mm");
+    const bool from_files = kind == "sections" || kind == "mesh";
+    if (kind == "sections") spec.kind = NominalKind::sections;
+    if (kind == "mesh") spec.kind = NominalKind::mesh;
+    if (kind == "parametric") {
+        spec.kind = NominalKind::parametric;
+        spec.blade = read_blade(table.table("blade"));
+    } else if (table.has("blade")) {
+        table.complain("blade", "is for kind = \"parametric\" only");
+        table.ignore("blade");
+    }
+    if (from_files) {
+        spec.files = read_files(table);
+    } else if (!table.texts("files").empty()) {
+        table.complain("files", "is for kind = \"sections\" and \"mesh\" only");
+    }
+    if (kind == "mesh" && spec.files.size() > 1) table.complain("files", "must name one mesh file");
+    return spec;
+}
+
+StylusSpec read_stylus(const ConfigTable& table) {
+    StylusSpec stylus;
+    stylus.radius_mm = table.number("radius_mm", stylus.radius_mm, {smallest_mm, 10.0});
+    // A thin shaft is the rule: six tenths of the ball where the file does not say it.
+    stylus.shank_radius_mm = table.number("shank_radius_mm", 0.6 * stylus.radius_mm, {1e-4, 10.0});
+    stylus.length_mm = table.number("length_mm", stylus.length_mm, {0.1, 1000.0});
+    if (stylus.shank_radius_mm >= stylus.radius_mm) {
+        table.complain("shank_radius_mm", "must be smaller than radius_mm");
+    }
+    if (stylus.length_mm <= stylus.radius_mm) table.complain("length_mm", "must be larger than radius_mm");
+    return stylus;
+}
+
+std::vector<double> read_heights(const ConfigTable& table) {
+    auto heights = table.numbers("heights_mm");
+    const double from = table.number("from_mm", 0.0, place_mm);
+    const double to = table.number("to_mm", 0.0, place_mm);
+    const auto count = table.integer("count", 0, {1.0, static_cast<double>(most_sections)});
+    const bool range = table.has("from_mm") || table.has("to_mm") || table.has("count");
+    if (table.has("heights_mm")) {
+        if (range) table.complain("heights_mm", "and from_mm/to_mm/count exclude each other: give one of the two");
+        if (heights.empty()) table.complain("heights_mm", "must hold at least one height in mm");
+        const bool ascending =
+            std::adjacent_find(heights.begin(), heights.end(), std::greater_equal<>()) == heights.end();
+        if (!ascending) table.complain("heights_mm", "must ascend");
+        for (const double z : heights) {
+            if (std::abs(z) > largest_mm) table.complain("heights_mm", "must lie within +-100000 mm");
+        }
+        return heights;
+    }
+    if (!range) {
+        table.complain("heights_mm", "is missing (or from_mm, to_mm and count)");
+        return heights;
+    }
+    for (const std::string_view key : {"from_mm", "to_mm", "count"}) {
+        if (!table.has(key)) table.complain(key, "is missing: from_mm, to_mm and count go together");
+    }
+    if (count > 1 && to <= from) table.complain("to_mm", "must be larger than from_mm");
+    if (count == 1 && to < from) table.complain("to_mm", "must not be smaller than from_mm");
+    for (std::int64_t i = 0; i < std::min(count, most_sections); ++i) {
+        heights.push_back(count == 1 ? from
+                                     : from + (to - from) * static_cast<double>(i) / static_cast<double>(count - 1));
+    }
+    return heights;
+}
+
+ScanSpec read_scan(const ConfigTable& table, NominalKind nominal) {
+    ScanSpec scan;
+    scan.heights_mm = read_heights(table);
+    scan.pitch_mm = table.number("pitch_mm", scan.pitch_mm, {0.002, 100.0});
+    scan.edge_density = table.number("edge_density", scan.edge_density, {1.0, 100.0});
+    scan.max_speed_mm_s = table.number("max_speed_mm_s", scan.max_speed_mm_s, {0.01, 600.0});
+    scan.clearance_mm = table.number("clearance_mm", scan.clearance_mm, {0.1, 1000.0});
+    scan.approach_mm = table.number("approach_mm", scan.approach_mm, {0.05, 100.0});
+    scan.search_mm = table.number("search_mm", scan.search_mm, {0.01, 100.0});
+    scan.start_mm = point(table, "start_mm");
+    scan.toward_mm = point(table, "toward_mm");
+    const auto box = table.numbers("box_mm");
+    if (table.has("box_mm")) {
+        if (box.size() != 4 || box[2] <= box[0] || box[3] <= box[1]) {
+            table.complain("box_mm", "must be four numbers [x0, y0, x1, y1] in mm with x0 < x1 and y0 < y1");
+        } else {
+            scan.box_mm = std::array<double, 4>{box[0], box[1], box[2], box[3]};
+        }
+    }
+    if (nominal != NominalKind::none) {
+        for (const std::string_view key : {"start_mm", "toward_mm", "box_mm"}) {
+            if (table.has(key)) table.complain(key, "is for nominal.kind = \"none\" only");
+        }
+    } else if (!table.has("box_mm")) {
+        table.complain("box_mm", "is missing: without a nominal the box that holds the part must be given");
+    }
+    if (scan.start_mm && scan.toward_mm && (*scan.start_mm - *scan.toward_mm).norm() < smallest_mm) {
+        table.complain("toward_mm", "must differ from start_mm");
+    }
+    return scan;
+}
+
+GateSpec read_gate(const ConfigTable& table) {
+    GateSpec gate;
+    const double profile = table.number("profile_mm", 0.0, {1e-4, 100.0});
+    const double edge = table.number("edge_profile_mm", 0.0, {1e-4, 100.0});
+    if (table.has("profile_mm")) gate.profile_mm = profile;
+    if (table.has("edge_profile_mm")) gate.edge_profile_mm = edge;
+    return gate;
+}
+
+}  // namespace
+
+core::Result<PartFile> load_part_file(const std::string& path) {
+    auto text = core::read_file(path);
+    if (!text) return tl::unexpected(text.error());
+    return parse_part_file(*text, path);
+}
+
+core::Result<PartFile> parse_part_file(std::string_view text, const std::string& path) {
+    const auto root = ConfigTable::parse(text, path);
+    if (!root) return tl::unexpected(root.error());
+    PartFile part;
+    part.path = path;
+    part.text = std::string(text);
+    const auto table = root->table("part");
+    part.name = table.required_text("name");
+    if (table.has("name") && core::trim(part.name).empty()) table.complain("name", "must not be empty");
+    table.word("kind", "blade", {"blade"});
+    part.serial = table.text("serial", "");
+    part.nominal = read_nominal(root->table("nominal"));
+    part.stylus = read_stylus(root->table("stylus"));
+    part.scan = read_scan(root->table("scan"), part.nominal.kind);
+    part.gate = read_gate(root->table("gate"));
+    root->ignore("actual");
+    if (auto status = root->finish(); !status) return tl::unexpected(std::move(status.error()));
+    return part;
+}
+
+}  // namespace cmm::acquisition
