@@ -16,17 +16,17 @@ namespace cmm::acquisition {
 
 /// What a run file says about a path of the plan.
 struct JournalPath {
-    std::uint16_t path = 0;   ///< the id given to the controller
-    std::size_t section = 0;  ///< index of the section it belongs to
-    std::uint32_t first_index =
-        0;  ///< index in the section's plan of the path's first recorded point (resume cuts a path)
+    std::uint16_t path = 0;         ///< the id given to the controller, unique in the run
+    std::size_t section = 0;        ///< index of the section it belongs to
+    std::uint32_t first_index = 0;  ///< of its first recorded point in the section's plan (resume cuts a path)
     bool finished = false;
 };
 
 /// The run file `run.cmmrun` (SQLite, WAL, synchronous=FULL): what was planned, every sample, every event of note.
 /// Samples are handed over without waiting (`append`, bounded queue) and written by one writer thread in one
 /// transaction per 50 ms or 4096 samples; `durable_sequence` tells how far the disk has them. Killing the process at
-/// any instant leaves a valid file. One producer thread; `durable_sequence` from any thread.
+/// any instant leaves a valid file: a gap-free prefix that holds at least `durable_sequence`. Thread-safe; samples come
+/// from one producer. After a failure of the disk every call answers with it.
 class Journal {
   public:
     /// A new run; refuses to overwrite an existing file (journal_io). `part_text` and `machine_text` are kept verbatim.
@@ -35,8 +35,8 @@ class Journal {
             software_version;
         std::string plan_hash;
         double lsb_mm = 0.0;
-        std::uint32_t boot_id = 0;             ///< of the controller, with sequence_shift: drivers::RunOrigin
-        std::int64_t sequence_shift = 0;       ///< run sequence = controller sequence + shift
+        std::uint32_t boot_id = 0;        ///< of the controller, with sequence_shift: drivers::RunOrigin
+        std::int64_t sequence_shift = 0;  ///< run sequence = controller sequence + shift
         double ball_radius_mm = 0.0;
     };
     static core::Result<std::unique_ptr<Journal>> create(const std::string& file, const Header& header);
@@ -51,14 +51,13 @@ class Journal {
     /// The controller was restarted: from now on its numbers mean this. Durable on return.
     virtual core::Status set_origin(std::uint32_t boot_id, std::int64_t sequence_shift) = 0;
     /// Never blocks the caller for long: when the queue (1 << 20 samples) is full or the disk failed, the error comes
-    /// back and the caller holds the machine.
+    /// back and the caller holds the machine. A sequence other than the last one plus 1 is refused (journal_corrupt).
     virtual core::Status append(std::span<const core::Sample> samples) = 0;
     virtual std::uint64_t durable_sequence() const noexcept = 0;
     /// Waits until everything appended is on the disk.
     virtual core::Status flush() = 0;
-    /// Paths and events wait in the same queue and reach the disk in order with the samples. A path id names one path of the
-    /// run: the same id with other facts is refused by the disk (journal_corrupt at the next flush).
-    /// Durable on return: a sample of a path never comes before its path.
+    /// Paths and events wait in the same queue and reach the disk in order with the samples. The same id with other
+    /// facts, or the end of a path that never began, is refused (internal). The beginning is durable on return.
     virtual core::Status begin_path(const JournalPath& path) = 0;
     virtual core::Status finish_path(std::uint16_t path) = 0;
     virtual core::Status add_event(std::uint64_t seq, std::string_view kind, std::string_view ndjson) = 0;
@@ -70,8 +69,8 @@ class Journal {
     virtual core::Status each_batch(const BatchVisitor& visit) const = 0;
     using EventVisitor = std::function<core::Status(std::uint64_t seq, std::string_view ndjson)>;
     virtual core::Status each_event(std::uint64_t from_seq, const EventVisitor& visit) const = 0;
-    virtual core::Result<std::uint64_t> last_event_seq() const = 0;   ///< 0: none; a resumed run counts on from it
-    core::Result<std::vector<core::Sample>> samples() const;
+    virtual core::Result<std::uint64_t> last_event_seq() const = 0;  ///< 0: none; a resumed run counts on from it
+    virtual core::Result<std::vector<core::Sample>> samples() const = 0;
     virtual core::Result<std::vector<JournalPath>> paths() const = 0;
     virtual core::Result<std::string> verdict() const = 0;  ///< empty: the run did not end
 
