@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+
+#include "core/clock.hpp"
+#include "sim/machine_file.hpp"
+#include "sim/probe.hpp"
+#include "sim/ramp.hpp"
+#include "sim/sample_fifo.hpp"
+#include "sim/scan_path.hpp"
+#include "sim/surface.hpp"
+
+namespace cmm::sim {
+
+/// Register 64 of docs/protocol-modbus.md.
+enum class MachineState : std::uint16_t {
+    idle,
+    homing,
+    moving,
+    touching,
+    scanning,
+    starved,
+    stopped,
+    fault,
+    emergency,
+    qualifying
+};
+
+/// The result codes of the document.
+enum class ResultCode : std::uint16_t {
+    ok = 0,
+    unknown_opcode = 1,
+    bad_argument = 3,
+    refused = 4,
+    busy = 5,
+    travel_limit = 6,
+    not_owner = 7,
+    path_invalid = 8,
+    no_contact = 9,
+    watchdog = 10,
+    overflow = 11,
+    emergency = 12,
+    stopped = 13,
+    collision = 14
+};
+
+enum class CommandState : std::uint16_t { none, running, done, failed };
+
+enum class StopKind : std::uint16_t { controlled = 1, emergency = 2 };
+
+struct Command {
+    std::uint16_t seq = 0;
+    std::uint16_t opcode = 0;
+    std::uint32_t owner = 0;
+    std::array<std::int32_t, 8> args{};
+};
+
+/// What became of the last command taken.
+struct CommandStatus {
+    std::uint16_t seq = 0;
+    CommandState state = CommandState::none;
+    ResultCode result = ResultCode::ok;
+    std::array<std::int32_t, 4> values{};
+};
+
+/// What the simulator knows about a sample and a real controller does not.
+struct SampleTruth {
+    FifoSample sample;
+    std::int64_t index = -1;  ///< path point, -1 for a touch
+    Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();
+    double noise_mm = 0.0;
+    double bad_mm = 0.0;
+};
+
+struct ControllerOptions {
+    MachineSettings machine;
+    Part part;
+    double speed = 1.0;  ///< machine seconds per host second; 0: as fast as it goes
+    std::uint64_t seed = 1;
+    std::uint16_t boot_id = 1;
+    std::function<void(const SampleTruth&)> on_sample;
+};
+
+/// The simulated CMM controller: takes commands and paths, moves in machine time, records samples. A discrete-event
+/// machine: each motion ends with an event, and `step` runs the events that are due. The counts of a scan depend on the
+/// part, the path and the seed alone, never on timing. One thread; `clock` outlives the controller. Millimetres,
+/// seconds.
+class Controller {
+  public:
+    Controller(ControllerOptions options, const core::Clock& clock);
+
+    /// Executed once per new sequence; the outcome is in `command_status`.
+    void command(const Command& command);
+    void stop(StopKind kind);
+    ScanPath::Append append_path(std::uint16_t id, std::uint32_t first, std::span<const PathPoint> points);
+    void feed_watchdog(std::uint16_t value);
+    bool acknowledge(std::uint32_t seq) { return fifo_.acknowledge(seq); }
+    /// Lets the machine go on until now, at most `max_events` events; true if there is more to do at once.
+    bool step(int max_events = 64);
+
+    MachineState state() const { return state_; }
+    ResultCode fault() const { return fault_; }
+    const CommandStatus& command_status() const { return last_; }
+    std::uint16_t flags() const;  ///< register 66
+    std::uint16_t heartbeat() const { return heartbeat_; }
+    std::uint32_t owner() const { return owner_; }
+    Eigen::Vector3d position_mm() const;
+    std::int64_t time_us() const { return static_cast<std::int64_t>(now_s_ * 1e6); }
+    const SampleFifo& fifo() const { return fifo_; }
+    const ScanPath& path() const { return path_; }
+    std::uint32_t path_passed() const { return path_passed_; }
+    /// Whether no more samples of this path will come.
+    bool path_ended(std::uint16_t id) const { return id != path_.id() || path_ended_; }
+    bool overflowed() const { return overflowed_; }
+    const ControllerOptions& options() const { return options_; }
+
+  private:
+    /// What the machine is doing; each phase ends at `event_s_`.
+    enum class Phase : std::uint8_t {
+        rest,
+        home_up,
+        home_across,
+        dwell,
+        move,
+        touch_search,
+        touch_retract,
+        scan_travel,
+        scan_search,
+        scan_follow,
+        scan_wait,
+        scan_retract,
+        braking
+    };
+    struct Leg {
+        Eigen::Vector3d from = Eigen::Vector3d::Zero();
+        Eigen::Vector3d to = Eigen::Vector3d::Zero();
+        Ramp ramp;
+        double start_s = 0.0;
+        std::optional<double> contact;  ///< way at which the ball meets the part
+    };
+    /// Where the ball is when the probe is at a path point.
+    struct Footing {
+        Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+        Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+        bool contact = false;
+    };
+    static constexpr double never = std::numeric_limits<double>::infinity();
+    static constexpr double reference_search_s = 0.5;
+    static constexpr double qualification_s = 1.0;
+
+    // controller.cpp: time, motions, ends
+    bool run_timed(double allowed_s, int max_events);
+    bool run_free(double elapsed_s, int max_events);
+    bool waits_for_room() const;
+    void check_watchdog();
+    bool in_motion() const { return phase_ != Phase::rest; }
+    bool on_leg() const;
+    void enter(MachineState state, Phase phase, double duration_s);
+    void start_leg(MachineState state, Phase phase, const Eigen::Vector3d& to, double speed_mm_s);
+    void end_leg();
+    void on_event();
+    void on_dwell_end();
+    void brake(ResultCode reason);
+    void finish(ResultCode result);
+    void set_values(const std::array<std::int32_t, 4>& values);
+
+    // controller_commands.cpp
+    ResultCode execute(const Command& command);
+    ResultCode claim(std::uint32_t owner);
+    ResultCode clear_fault(bool release_emergency);
+    ResultCode path_begin(std::int32_t id);
+    ResultCode home();
+    ResultCode qualify(std::int32_t radius_counts);
+    ResultCode move(const Command& command);
+    ResultCode touch(const Command& command);
+    ResultCode scan(const Command& command);
+    double speed_argument(std::int32_t um_per_s) const;
+    Eigen::Vector3d position_argument(const Command& command) const;
+    bool inside_limits(const Eigen::Vector3d& position) const;
+
+    // controller_scan.cpp: touches, paths, samples
+    ResultCode fault_of(std::span<const PathPoint> points) const;
+    Footing footing(std::uint32_t index);
+    void on_search_end();
+    void arrive();
+    void follow();
+    void on_touch_end();
+    bool record(const Footing& at, std::int64_t index, std::uint16_t quality_bits, double turning_per_mm);
+
+    ControllerOptions options_;
+    const core::Clock& clock_;
+    ProbeErrorModel probe_;
+    core::Duration last_host_;
+    core::Duration last_beat_;
+    core::Duration last_fed_;
+    std::uint16_t heartbeat_ = 0;
+    std::optional<std::uint16_t> watchdog_value_;
+
+    double now_s_ = 0.0;  // machine time
+    double due_s_ = 0.0;  // machine time that the host clock has allowed so far
+    double event_s_ = never;
+    MachineState state_ = MachineState::idle;
+    Phase phase_ = Phase::rest;
+    Leg leg_;
+    Eigen::Vector3d position_;  // at rest
+    ResultCode fault_ = ResultCode::ok;
+    ResultCode brake_reason_ = ResultCode::ok;
+    bool homed_ = false, qualified_ = false, in_contact_ = false, emergency_pressed_ = false;
+    std::uint32_t owner_ = 0;
+    CommandStatus last_;
+    std::uint16_t motion_seq_ = 0;
+    double retract_mm_ = 0.0;
+
+    SampleFifo fifo_;
+    ScanPath path_;
+    ResultCode path_fault_ = ResultCode::ok;
+    std::uint32_t path_passed_ = 0;
+    bool path_ended_ = false, path_used_ = false, overflowed_ = false;
+    double search_mm_ = 0.0;
+    double off_surface_mm_ = 0.0;  // way without contact
+    double path_speed_ = 0.0;      // at the point passed last
+    Footing next_;                 // at the point the probe is going to
+    std::size_t warm_ = 0;
+    std::uint32_t touches_ = 0;
+};
+
+}  // namespace cmm::sim

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "sim/simulator.hpp"
+
+#include <algorithm>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "core/clock.hpp"
+#include "core/rng.hpp"
+#include "sim/controller.hpp"
+#include "sim/modbus_server.hpp"
+#include "sim/register_bank.hpp"
+#include "sim/truth_log.hpp"
+
+namespace cmm::sim {
+namespace {
+
+constexpr int tick_ms = 1;
+
+/// Another number for each start, and never 0.
+std::uint16_t new_boot_id(const core::Clock& clock) {
+    core::Rng mix(static_cast<std::uint64_t>(clock.utc_ns()));
+    return static_cast<std::uint16_t>(1 + mix.below(65535));
+}
+
+}  // namespace
+
+/// Everything the thread works with; it is joined before any of it goes.
+struct Simulator::Parts {
+    SimulatorOptions options;
+    core::SystemClock clock;
+    std::unique_ptr<TruthLog> log;
+    std::unique_ptr<Controller> controller;
+    std::unique_ptr<RegisterBank> bank;
+    std::unique_ptr<ModbusServer> server;
+    std::mutex stop_mutex;
+    std::thread thread;
+
+    void serve() {
+        server->run(*bank, [this] {
+            const bool more = controller->step();
+            if (log) log->flush_if_due(clock.now());
+            return more ? 0 : tick_ms;
+        });
+    }
+};
+
+Simulator::Simulator(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {
+    parts_->thread = std::thread([parts = parts_.get()] { parts->serve(); });
+}
+
+Simulator::~Simulator() {
+    stop();
+}
+
+core::Result<std::unique_ptr<Simulator>> Simulator::start(const SimulatorOptions& options) {
+    if (!(options.speed >= 0.0)) return core::fail(core::ErrorCode::usage, "the speed must be 0 or more");
+    auto parts = std::make_unique<Parts>();
+    parts->options = options;
+    auto machine = load_machine_settings(options.machine_file);
+    if (!machine) return tl::unexpected(machine.error());
+    const auto map = load_register_map(options.map_file);
+    if (!map) return tl::unexpected(map.error());
+    auto part = load_part(options.part_file);
+    if (!part) return tl::unexpected(part.error());
+    const std::uint16_t boot_id = new_boot_id(parts->clock);
+    ControllerOptions controller{std::move(*machine), std::move(*part), options.speed, options.seed, boot_id, {}};
+    if (!options.log_file.empty()) {
+        auto log = TruthLog::open(options.log_file, boot_id);
+        if (!log) return tl::unexpected(log.error());
+        parts->log = std::move(*log);
+        controller.on_sample = [log_ptr = parts->log.get()](const SampleTruth& truth) { log_ptr->write(truth); };
+    }
+    auto server = ModbusServer::listen(options.address, options.port);
+    if (!server) return tl::unexpected(server.error());
+    parts->server = std::move(*server);
+    parts->controller = std::make_unique<Controller>(std::move(controller), parts->clock);
+    parts->bank = std::make_unique<RegisterBank>(*parts->controller, *map);
+    return std::unique_ptr<Simulator>(new Simulator(std::move(parts)));
+}
+
+std::uint16_t Simulator::port() const {
+    return parts_->server->port();
+}
+
+std::string Simulator::url() const {
+    return "modbus+tcp://" + parts_->options.address + ":" + std::to_string(port()) + "?unit=1";
+}
+
+void Simulator::stop() {
+    const std::lock_guard lock(parts_->stop_mutex);
+    if (!parts_->thread.joinable()) return;
+    parts_->server->stop();
+    parts_->thread.join();
+    parts_->log.reset();
+}
+
+}  // namespace cmm::sim
