@@ -13,8 +13,19 @@
 namespace cmm::acquisition {
 
 enum class EventKind : std::uint8_t {
-    run_started, path_started, sample_batch, point_rejected, section_updated, section_final,
-    characteristic_updated, gate_decision, hold, resume, machine_fault, link_stats, run_stopped,
+    run_started,
+    path_started,
+    sample_batch,
+    point_rejected,
+    section_updated,
+    section_final,
+    characteristic_updated,
+    gate_decision,
+    hold,
+    resume,
+    machine_fault,
+    link_stats,
+    run_stopped,
 };
 /// "RunStarted", "PathStarted", ... as in the NDJSON stream.
 std::string_view to_string(EventKind kind) noexcept;
@@ -24,14 +35,17 @@ struct Event {
     std::uint64_t seq = 0;
     EventKind kind = EventKind::run_started;
     double t_machine_s = 0.0;
-    double t_host_s = 0.0;            ///< since the run started
+    double t_host_s = 0.0;  ///< since the run started
     std::string payload;
 };
 
-/// Numbers events and hands them to the listeners, in order. Thread-safe; listeners run on the emitter's thread and are quick.
+/// Numbers events and hands them to the listeners, in order. Thread-safe; listeners run on the emitter's thread, one
+/// event at a time: they are quick and do not emit. The clock outlives the hub. A resumed run counts on from
+/// `last_seq`.
 class EventHub {
   public:
-    explicit EventHub(const core::Clock& clock) : clock_(clock), origin_(clock.now()) {}
+    explicit EventHub(const core::Clock& clock, std::uint64_t last_seq = 0)
+        : clock_(clock), origin_(clock.now()), seq_(last_seq) {}
     using Listener = std::function<void(const Event&)>;
     void listen(Listener listener);
     void emit(EventKind kind, double t_machine_s, std::string payload);
@@ -41,7 +55,7 @@ class EventHub {
     const core::Clock& clock_;
     core::Duration origin_;
     mutable std::mutex mutex_;
-    std::uint64_t seq_ = 0;
+    std::uint64_t seq_;
     std::vector<Listener> listeners_;
 };
 

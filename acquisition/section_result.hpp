@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/error.hpp"
@@ -16,12 +17,13 @@ enum class Decision : std::uint8_t { accept, reject, undecided, reported, not_ev
 std::string_view to_string(Decision decision) noexcept;
 
 /// A characteristic of one section: a number with its method, its uncertainty and what was decided about it.
+/// Names: profile_le, profile_suction, profile_te, profile_pressure, le_radius, te_radius, chord, max_thickness.
 struct Characteristic {
-    std::string name;                  ///< profile_le, profile_suction, profile_te, profile_pressure, le_radius, te_radius, chord, max_thickness
-    std::string method;                ///< e.g. "ISO 1101 line profile, nominal frame, 2 max|d|"
+    std::string name;
+    std::string method;  ///< e.g. "line profile ISO 1101, 2 max|d|, nominal frame"
     std::optional<double> value_mm;
-    std::optional<double> u95_mm;      ///< expanded uncertainty
-    std::optional<double> limit_mm;    ///< upper tolerance limit where there is one
+    std::optional<double> u95_mm;    ///< expanded uncertainty
+    std::optional<double> limit_mm;  ///< upper tolerance limit where there is one
     Decision decision = Decision::reported;
     std::string note;
 };
@@ -29,32 +31,48 @@ struct Characteristic {
 /// One recorded point with what became of it: raw points are kept for ever.
 struct RecordedPoint {
     std::uint64_t sequence = 0;
-    Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();   ///< part frame
+    Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  ///< part frame
     std::uint16_t flags = 0;
     fitting::PointVerdict verdict;
 };
 
 /// A finished section. `fit` is absent where the points do not determine a section; `why` says it.
 struct SectionResult {
-    std::size_t index = 0;             ///< 0-based, order of measurement
+    std::size_t index = 0;  ///< 0-based, order of measurement
     std::string name;
     double z_mm = 0.0;
     std::vector<RecordedPoint> points;
     std::optional<fitting::SectionFit> fit;
-    std::string why;                   ///< not evaluable because ...
-    std::vector<double> deviation_mm;  ///< signed normal distance to the nominal, one per fit->contour point; empty without a nominal
-    std::vector<Eigen::Vector2d> nominal_contour;   ///< for the pictures; empty without a nominal
+    std::string why;  ///< not evaluable because ...
+    /// Signed distance along the normal of the nominal, one per fit->contour point; empty without a nominal.
+    std::vector<double> deviation_mm;
+    std::vector<Eigen::Vector2d> nominal_contour;  ///< for the pictures; empty without a nominal
     std::vector<Characteristic> characteristics;
+
+    bool closed() const { return fit && fit->closed && !fit->contour.empty(); }
+    std::size_t rejected() const;
+    const Characteristic* find(std::string_view characteristic_name) const;
+    /// Worst decision of its requirements: reject, undecided, accept; `reported` when it has none and is closed.
+    Decision decision() const;
 };
 
-/// A whole part. Worst decision of all characteristics: reject before undecided before accept.
+/// A whole part with all that the files and the report say about it. A value.
 struct PartResult {
-    std::string part_name, part_serial, started_utc, machine, run_id;
+    std::string part_name, part_serial, started_utc, machine, run_id, software_version;
     double ball_radius_mm = 0.0;
     bool has_nominal = false;
-    bool complete = true;              ///< false: the scan ended early; then the verdict cannot be accept
+    bool complete = true;  ///< false: the scan ended early; then the verdict cannot be accept
     std::vector<SectionResult> sections;
+
+    /// reject before undecided before accept. A part without requirements is accepted when all of it was measured:
+    /// "done".
     Decision verdict() const;
+    /// Whether any characteristic carries a limit.
+    bool has_requirements() const;
 };
+
+/// Why the verdict is not accept, one line a cause: "section 3 (z 40.0): profile_pressure 0.212 mm +- 0.004 mm > 0.100
+/// mm".
+std::vector<std::string> verdict_reasons(const PartResult& part);
 
 }  // namespace cmm::acquisition

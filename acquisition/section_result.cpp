@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/section_result.hpp"
+
+#include <algorithm>
+
+#include "core/text.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+constexpr int z_digits = 1;
+constexpr int mm_digits = 3;
+
+std::string where(const SectionResult& section) {
+    return "section " + std::to_string(section.index) + " (z " + core::fixed(section.z_mm, z_digits) + ")";
+}
+
+std::string reason(const Characteristic& c) {
+    if (c.decision == Decision::not_evaluable || !c.value_mm || !c.limit_mm)
+        return c.name + " not evaluable: " + c.note;
+    const auto mm = [](double value) { return core::fixed(value, mm_digits) + " mm"; };
+    const std::string limit =
+        c.decision == Decision::reject ? " > " + mm(*c.limit_mm) : " is too near to " + mm(*c.limit_mm) + " to decide";
+    return c.name + " " + mm(*c.value_mm) + " +- " + mm(c.u95_mm.value_or(0.0)) + limit;
+}
+
+}  // namespace
+
+std::string_view to_string(Decision decision) noexcept {
+    switch (decision) {
+        case Decision::accept:
+            return "accept";
+        case Decision::reject:
+            return "reject";
+        case Decision::undecided:
+            return "undecided";
+        case Decision::reported:
+            return "reported";
+        case Decision::not_evaluable:
+            return "not_evaluable";
+    }
+    return "not_evaluable";
+}
+
+std::size_t SectionResult::rejected() const {
+    return static_cast<std::size_t>(std::count_if(points.begin(), points.end(), [](const RecordedPoint& point) {
+        return point.verdict.reason != fitting::RejectReason::none;
+    }));
+}
+
+const Characteristic* SectionResult::find(std::string_view characteristic_name) const {
+    const auto at = std::find_if(characteristics.begin(), characteristics.end(),
+                                 [&](const Characteristic& c) { return c.name == characteristic_name; });
+    return at == characteristics.end() ? nullptr : &*at;
+}
+
+Decision SectionResult::decision() const {
+    Decision worst = closed() ? Decision::reported : Decision::undecided;
+    for (const auto& c : characteristics) {
+        if (c.decision == Decision::reject) return Decision::reject;
+        const bool open_requirement = c.decision == Decision::not_evaluable && c.limit_mm.has_value();
+        if (c.decision == Decision::undecided || open_requirement) worst = Decision::undecided;
+        if (c.decision == Decision::accept && worst == Decision::reported) worst = Decision::accept;
+    }
+    return worst;
+}
+
+Decision PartResult::verdict() const {
+    Decision worst = complete && !sections.empty() ? Decision::accept : Decision::undecided;
+    for (const auto& section : sections) {
+        const auto decision = section.decision();
+        if (decision == Decision::reject) return Decision::reject;
+        if (decision == Decision::undecided) worst = Decision::undecided;
+    }
+    return worst;
+}
+
+bool PartResult::has_requirements() const {
+    for (const auto& section : sections) {
+        for (const auto& c : section.characteristics) {
+            if (c.limit_mm) return true;
+        }
+    }
+    return false;
+}
+
+std::vector<std::string> verdict_reasons(const PartResult& part) {
+    std::vector<std::string> rejected;
+    std::vector<std::string> open;
+    for (const auto& section : part.sections) {
+        if (!section.closed()) {
+            open.push_back(where(section) + ": " + (section.why.empty() ? "not closed" : section.why));
+            continue;
+        }
+        for (const auto& c : section.characteristics) {
+            if (c.decision == Decision::reject) {
+                rejected.push_back(where(section) + ": " + reason(c));
+            } else if (c.limit_mm && c.decision != Decision::accept && c.decision != Decision::reported) {
+                open.push_back(where(section) + ": " + reason(c));
+            }
+        }
+    }
+    if (!part.complete) open.push_back("the measurement ended before all sections were measured");
+    if (part.sections.empty()) open.push_back("no section was measured");
+    rejected.insert(rejected.end(), open.begin(), open.end());
+    return rejected;
+}
+
+}  // namespace cmm::acquisition
