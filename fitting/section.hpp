@@ -23,60 +23,62 @@ enum class RejectReason : std::uint8_t { none, spline_residual, fit_residual, no
 std::string_view to_string(RejectReason reason) noexcept;
 
 struct SectionOptions {
-    double ball_radius_mm = 1.0;             ///< 0: the points lie on the part
-    std::size_t contour_points = 2400;       ///< at least 2000 in the files of the contract
-    double reject_floor_mm = 0.010;          ///< never reject below this residual (A8's epsilon is max(floor, robust scatter))
-    double closing_gap_factor = 6.0;         ///< open when the gap exceeds this many local point spacings
-    std::optional<Eigen::Vector2d> le_hint;  ///< a point near the LE (from the nominal); otherwise the larger edge radius is LE
+    double ball_radius_mm = 1.0;        ///< 0: the points lie on the part
+    std::size_t contour_points = 2400;  ///< at least 2000 in the files of the contract
+    double reject_floor_mm = 0.010;   ///< never reject below this residual (A8's epsilon is max(floor, robust scatter))
+    double closing_gap_factor = 6.0;  ///< open when the gap exceeds this many local point spacings
+    std::optional<Eigen::Vector2d>
+        le_hint;  ///< a point near the LE (from the nominal); otherwise the larger edge radius is LE
     std::optional<Eigen::Vector2d> te_hint;
-    /// A22: angle of the surface to the section normal plane where it is known (one per contour is enough for the bound).
+    /// A22: angle of the surface to the section normal plane where it is known (one per contour is enough for the
+    /// bound).
     double lean_rad = 0.0;
 };
 
 /// What became of an input point. Nothing is deleted: every input has a verdict.
 struct PointVerdict {
     RejectReason reason = RejectReason::none;
-    double residual_mm = 0.0;                ///< signed along the outward normal of the ball-centre curve
+    double residual_mm = 0.0;  ///< signed along the outward normal of the ball-centre curve
 };
 
 /// The arc of one edge on the part (A10-A14): Kasa start, orthogonal-distance result.
 struct EdgeArc {
-    bool valid = false;                      ///< false: `why` says it (short arc, too few points, not circular)
+    bool valid = false;  ///< false: `why` says it (short arc, too few points, not circular)
     std::string why;
     Eigen::Vector2d centre_mm = Eigen::Vector2d::Zero();
-    double radius_mm = 0.0;                  ///< of the part: arc of the ball centres less the ball radius
+    double radius_mm = 0.0;  ///< of the part: arc of the ball centres less the ball radius
     double radius_u95_mm = 0.0;
     double arc_angle_rad = 0.0;
     double rms_mm = 0.0;
-    bool used_in_contour = false;            ///< false: the edge is free form because the points are not on a circle
+    bool used_in_contour = false;  ///< false: the edge is free form because the points are not on a circle
 };
 
 struct ContourPoint {
     Eigen::Vector2d position_mm = Eigen::Vector2d::Zero();
-    Eigen::Vector2d normal = Eigen::Vector2d::Zero();   ///< unit, out of the material
+    Eigen::Vector2d normal = Eigen::Vector2d::Zero();  ///< unit, out of the material
     Zone zone = Zone::suction;
-    double u95_mm = 0.0;                     ///< expanded uncertainty (k = 2) from the residual noise
-    double arc_length_mm = 0.0;              ///< from the contour's first point
+    double u95_mm = 0.0;         ///< expanded uncertainty (k = 2) from the residual noise
+    double arc_length_mm = 0.0;  ///< from the contour's first point
 };
 
 struct SectionFit {
     bool closed = false;
-    std::vector<PointVerdict> verdicts;      ///< one per input point, in input order
+    std::vector<PointVerdict> verdicts;  ///< one per input point, in input order
     std::size_t rejected = 0;
-    double noise_sigma_mm = 0.0;             ///< estimated standard deviation of the accepted points about the fit
+    double noise_sigma_mm = 0.0;  ///< estimated standard deviation of the accepted points about the fit
     EdgeArc le, te;
-    Eigen::Vector2d le_point_mm = Eigen::Vector2d::Zero();   ///< nose point of the part contour
+    Eigen::Vector2d le_point_mm = Eigen::Vector2d::Zero();  ///< nose point of the part contour
     Eigen::Vector2d te_point_mm = Eigen::Vector2d::Zero();
     double chord_mm = 0.0;                   ///< method NOSETAIL: |TE - LE| between the nose points
     double max_thickness_mm = 0.0;           ///< method INSCRIBED: diameter of the largest inscribed circle
     std::vector<ContourPoint> centre_curve;  ///< the fitted ball-centre curve, counter-clockwise, same zones
-    std::vector<ContourPoint> contour;       ///< the part contour, counter-clockwise seen from +Z; closed (last joins first)
+    std::vector<ContourPoint> contour;  ///< the part contour, counter-clockwise seen from +Z; closed (last joins first)
 };
 
 /// Fits a closed section. `centres` are in measuring order, any start, either direction; `excluded[i]` != none keeps a
 /// point out from the beginning (no contact, operator). Errors: fit_not_evaluable (too few points, open, self-crossing,
 /// no two edges); never throws.
-core::Result<SectionFit> fit_section(std::span<const Eigen::Vector2d> centres,
-                                     std::span<const RejectReason> excluded, const SectionOptions& options);
+core::Result<SectionFit> fit_section(std::span<const Eigen::Vector2d> centres, std::span<const RejectReason> excluded,
+                                     const SectionOptions& options);
 
 }  // namespace cmm::fitting

@@ -1,0 +1,178 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/contour.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/text.hpp"
+#include "fitting/circle.hpp"
+#include "fitting/closed_curve.hpp"
+#include "fitting/edges.hpp"
+#include "fitting/join.hpp"
+#include "fitting/offset.hpp"
+#include "fitting/thickness.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+using core::ErrorCode;
+
+constexpr double arc_core_share = 0.7;     // middle part of an edge zone that is tried as a circle
+constexpr double circular_mm = 0.5e-3;     // deviation from a circle that needs no noise to excuse it
+constexpr double roughly_circular = 0.05;  // rms over radius above which a radius means nothing
+constexpr double turn_share = 0.25;        // of the contour points that are spread by turning, the rest by length
+
+class ContourBuilder {
+  public:
+    ContourBuilder(const SmoothCurve& smooth, std::span<const Vec2> good, const SectionOptions& options,
+                   SectionFit& fit)
+        : smooth_(smooth), good_(good), options_(options), fit_(fit) {}
+
+    core::Status run() {
+        const std::size_t dense = 2 * std::max<std::size_t>(options_.contour_points, 400);
+        const double r = options_.ball_radius_mm;
+        auto part = offset_inwards(ClosedCurve(smooth_.curve), r, dense).points;
+        auto edges = find_edges(part, options_.le_hint, options_.te_hint);
+        if (!edges) return tl::unexpected(edges.error());
+        std::vector<ArcPatch> patches;
+        fit_.le = fit_arc(edges->le, part, patches);
+        fit_.te = fit_arc(edges->te, part, patches);
+        if (!patches.empty()) {
+            const Vec2 le = part[edges->le.nose].position, te = part[edges->te.nose].position;
+            part = offset_inwards(ClosedCurve(join_arcs(smooth_.curve, patches)), r, dense).points;
+            edges = find_edges(part, le, te);
+            if (!edges) return tl::unexpected(edges.error());
+        }
+        publish(part, *edges);
+        return {};
+    }
+
+  private:
+    EdgeArc fit_arc(const EdgeRegion& region, const std::vector<OffsetPoint>& part,
+                    std::vector<ArcPatch>& patches) const {
+        const double period = smooth_.curve.period();
+        const double begin = part[region.begin].t;
+        double end = part[region.end].t;
+        if (end < begin) end += period;
+        const double trim = 0.5 * (1.0 - arc_core_share) * (end - begin);
+        ArcPatch patch;
+        patch.from = begin + trim;
+        patch.to = end - trim;
+        std::vector<Vec2> points;
+        for (std::size_t i = 0; i < good_.size(); ++i) {
+            const double t = smooth_.parameter[i], inside = t < patch.from ? t + period : t;
+            if (inside >= patch.from && inside <= patch.to) points.push_back(good_[i]);
+        }
+        EdgeArc arc;
+        const auto circle = fit_circle(points, fit_.noise_sigma_mm);
+        if (!circle) {
+            arc.why = circle.error().message;
+            return arc;
+        }
+        patch.circle = *circle;
+        judge_arc(patch, arc);
+        if (arc.used_in_contour) patches.push_back(patch);
+        return arc;
+    }
+
+    void judge_arc(const ArcPatch& patch, EdgeArc& arc) const {
+        const Circle& circle = patch.circle;
+        const double noise = std::max(fit_.noise_sigma_mm, circular_mm);
+        arc.centre_mm = circle.centre;
+        arc.radius_mm = circle.radius - options_.ball_radius_mm;
+        arc.radius_u95_mm = circle.radius_u95;
+        arc.arc_angle_rad = circle.arc_angle;
+        arc.rms_mm = circle.rms;
+        if (arc.radius_mm <= arc.radius_u95_mm) {
+            arc.why = "sharp: the radius is not above its uncertainty of " + core::length_text(arc.radius_u95_mm);
+            return;
+        }
+        if (circle.rms > std::max(3.0 * noise, roughly_circular * arc.radius_mm)) {
+            arc.why = "not circular: the points leave the circle by " + core::length_text(circle.rms) + " rms";
+            return;
+        }
+        arc.valid = true;
+        // The arc replaces the free form only where neither the points nor the curve can tell them apart.
+        double farthest = 0.0;
+        for (int k = 0; k <= 32; ++k) {
+            const Vec2 p = smooth_.curve.jet(patch.from + (patch.to - patch.from) * k / 32.0).position;
+            farthest = std::max(farthest, std::abs((p - circle.centre).norm() - circle.radius));
+        }
+        arc.used_in_contour = circle.rms <= 1.3 * noise && farthest <= 2.5 * noise;
+        if (!arc.used_in_contour) arc.why = "free form: the points are not on a circle to within their noise";
+    }
+
+    void publish(const std::vector<OffsetPoint>& part, const BladeEdges& edges) {
+        const auto zones = zones_of(edges, part.size());
+        fit_.le_point_mm = part[edges.le.nose].position;
+        fit_.te_point_mm = part[edges.te.nose].position;
+        fit_.chord_mm = (fit_.te_point_mm - fit_.le_point_mm).norm();
+        fit_.max_thickness_mm = largest_inscribed_diameter(part);
+        resample(part, zones, edges.le.nose);
+        set_arc_lengths(fit_.contour);
+        set_arc_lengths(fit_.centre_curve);
+    }
+
+    /// Equal steps of a mixed measure of length and turning, from the LE nose on.
+    void resample(const std::vector<OffsetPoint>& part, const std::vector<Zone>& zones, std::size_t first) {
+        const std::size_t n = part.size(), count = options_.contour_points;
+        const auto at = [&](std::size_t k) { return (first + k) % n; };
+        std::vector<double> length(n + 1, 0.0), turn(n + 1, 0.0), measure(n + 1);
+        for (std::size_t k = 0; k < n; ++k) {
+            const OffsetPoint &a = part[at(k)], &b = part[at(k + 1)];
+            length[k + 1] = length[k] + (b.position - a.position).norm();
+            turn[k + 1] = turn[k] + std::abs(turn_angle(a.normal, b.normal));
+        }
+        for (std::size_t k = 0; k <= n; ++k)
+            measure[k] = (1.0 - turn_share) * length[k] / length[n] + turn_share * turn[k] / turn[n];
+        fit_.contour.resize(count);
+        fit_.centre_curve.resize(count);
+        std::size_t k = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            const double wanted = static_cast<double>(i) / static_cast<double>(count);
+            while (k + 1 < n && measure[k + 1] <= wanted)
+                ++k;
+            const OffsetPoint &a = part[at(k)], &b = part[at(k + 1)];
+            const double share =
+                std::clamp((wanted - measure[k]) / std::max(measure[k + 1] - measure[k], 1e-300), 0.0, 1.0);
+            ContourPoint& out = fit_.contour[i];
+            out.position_mm = a.position + share * (b.position - a.position);
+            out.normal = (a.normal + share * (b.normal - a.normal)).normalized();
+            out.zone = zones[at(k)];
+            out.u95_mm = uncertainty(a.t);
+            fit_.centre_curve[i] = out;
+            fit_.centre_curve[i].position_mm += options_.ball_radius_mm * out.normal;
+        }
+    }
+
+    /// k = 2 times the noise that the smoothing leaves, and the bound of the 2-D compensation (A22, eq 18) where the
+    /// lean of the surface is known.
+    double uncertainty(double t) const {
+        const std::size_t span = smooth_.curve.span_of(t);
+        const double lean = options_.ball_radius_mm * (1.0 / std::max(std::cos(options_.lean_rad), 0.1) - 1.0);
+        return 2.0 * fit_.noise_sigma_mm * std::sqrt(smooth_.leverage[span]) + lean;
+    }
+
+    static void set_arc_lengths(std::vector<ContourPoint>& points) {
+        for (std::size_t i = 1; i < points.size(); ++i)
+            points[i].arc_length_mm =
+                points[i - 1].arc_length_mm + (points[i].position_mm - points[i - 1].position_mm).norm();
+    }
+
+    const SmoothCurve& smooth_;
+    std::span<const Vec2> good_;
+    const SectionOptions& options_;
+    SectionFit& fit_;
+};
+
+}  // namespace
+
+core::Status build_contour(const SmoothCurve& smooth, std::span<const Vec2> good, const SectionOptions& options,
+                           SectionFit& fit) {
+    return ContourBuilder(smooth, good, options, fit).run();
+}
+
+}  // namespace cmm::fitting

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/error.hpp"
+#include "fitting/vec2.hpp"
+
+namespace cmm::fitting {
+
+/// Input indices in the order of one lap, counter-clockwise. The first one does not depend on where the scan began (it
+/// is the good point farthest from the middle), so neither do the results.
+struct Lap {
+    std::vector<std::size_t> index;
+    std::size_t overlap = 0;  ///< points that were taken after the scan had passed its start
+    bool was_clockwise = false;
+};
+
+/// Keeps the points that are finite, wanted and not repeated; `duplicate[i]` says which were repeated.
+std::vector<std::size_t> usable_points(std::span<const Vec2> points, std::span<const char> excluded,
+                                       std::vector<char>& duplicate);
+
+/// Closes the chain `points[usable]`: finds where it passes its start, sorts the overlap in, and turns it
+/// counter-clockwise. Bad points are tolerated (they are set aside by the open-chain test first) and keep their place
+/// in the lap. Errors: fit_not_evaluable (too few points, open, no area).
+core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std::size_t>& usable,
+                            double closing_gap_factor, double reject_floor_mm);
+
+}  // namespace cmm::fitting

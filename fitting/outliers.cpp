@@ -1,0 +1,298 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/outliers.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace cmm::fitting {
+namespace {
+
+constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+constexpr double scatter_factor = 8.0;     // times the local robust sigma of the residuals
+constexpr double quadruple_gain = 1.39;    // sigma of a residual / sigma of a point, equal spacing: sqrt(1 + 34/36)
+constexpr int deepest = 4;                 // points of one cluster that are removed together
+constexpr std::size_t widest_region = 48;  // bits of the removed-set mask
+constexpr double largest_share = 0.2;      // more bad points than this: the chain is no curve, stop looking
+
+double arc_of_chord(double chord, double turn) {
+    // s = c (g/2) / sin(g/2) = c (1 + g^2/24 + ...), enough up to a radian
+    return chord * (1.0 + turn * turn / 24.0);
+}
+
+class Finder {
+  public:
+    Finder(std::span<const Vec2> points, bool closed, double floor)
+        : points_(points), closed_(closed), n_(points.size()), prev_(n_), next_(n_), alive_(n_, 1) {
+        for (std::size_t i = 0; i < n_; ++i) {
+            prev_[i] = i > 0 ? i - 1 : (closed ? n_ - 1 : none);
+            next_[i] = i + 1 < n_ ? i + 1 : (closed ? 0 : none);
+        }
+        residual_.resize(n_);
+        for (std::size_t i = 0; i < n_; ++i)
+            residual_[i] = residual_of(i);
+        set_thresholds(floor);
+    }
+
+    BadPoints run() {
+        std::vector<std::size_t> suspects;
+        for (std::size_t i = 0; i < n_; ++i)
+            if (ratio(i) > 1.0) suspects.push_back(i);
+        budget_ = 40000 + 20 * n_;
+        const auto limit = static_cast<std::size_t>(largest_share * static_cast<double>(n_));
+        while (removed_ < limit) {
+            std::size_t worst = none;
+            for (const std::size_t i : suspects)
+                if (alive_[i] && ratio(i) > 1.0 && (worst == none || ratio(i) > ratio(worst))) worst = i;
+            if (worst == none) break;
+            repair(worst);
+            for (const std::size_t i : region_)
+                if (alive_[i] && ratio(i) > 1.0) suspects.push_back(i);
+        }
+        return report();
+    }
+
+  private:
+    double ratio(std::size_t i) const { return std::abs(residual_[i]) / threshold_[i]; }
+
+    /// The next living point beyond `from` that is not closer to it than `apart`; gives up after four.
+    std::size_t beyond(std::size_t from, const std::vector<std::size_t>& step, double apart) const {
+        std::size_t at = step[from];
+        for (int tries = 0; tries < 3 && at != none; ++tries) {
+            if ((points_[at] - points_[from]).squaredNorm() >= apart * apart) break;
+            if (step[at] == none) break;
+            at = step[at];
+        }
+        return at;
+    }
+
+    double residual_of(std::size_t i) const {
+        const std::size_t b = prev_[i], c = next_[i];
+        if (b == none || c == none) return 0.0;
+        // Slopes over a much shorter base than the gap would only amplify noise.
+        const double apart = 0.35 * (points_[c] - points_[b]).norm();
+        const std::size_t a = beyond(b, prev_, apart), d = beyond(c, next_, apart);
+        if (a == none || d == none || a == c || d == b || a == d) return 0.0;
+        return spline_residual(points_[a], points_[b], points_[c], points_[d], points_[i]);
+    }
+
+    void set_thresholds(double floor) {
+        threshold_.assign(n_, floor);
+        std::vector<double> magnitude(n_), turn(n_, 0.0), step(n_, 0.0);
+        for (std::size_t i = 0; i < n_; ++i) {
+            magnitude[i] = std::abs(residual_[i]);
+            if (prev_[i] == none || next_[i] == none) continue;
+            const Vec2 in = points_[i] - points_[prev_[i]], out = points_[next_[i]] - points_[i];
+            turn[i] = std::abs(turn_angle(in, out));
+            step[i] = 0.5 * (in.norm() + out.norm());
+        }
+        std::vector<double> work;
+        const auto quantile = [&](const std::vector<double>& from, std::size_t centre, std::size_t reach, double q) {
+            work.clear();
+            for (std::size_t k = 0; k <= 2 * reach; ++k) {
+                const std::size_t at = centre + n_ - reach % n_ + k;
+                if (closed_ || (centre + k >= reach && centre + k - reach < n_)) work.push_back(from[at % n_]);
+            }
+            const auto nth = work.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(work.size() - 1));
+            std::nth_element(work.begin(), nth, work.end());
+            return *nth;
+        };
+        const std::size_t reach = std::min<std::size_t>(24, n_ / 4);
+        double scatter = 0.0;
+        for (std::size_t i = 0; i < n_; ++i) {
+            // Four clean tenths are enough to see the noise among the five residuals that each bad point spoils.
+            if (i % 8 == 0) scatter = quantile(magnitude, i, reach, 0.4) / 0.5244;
+            // Sampling of a circle by steps of angle g leaves r g^4 / 6 = h g^3 / 6; four times that is not a bad
+            // point.
+            const double g = turn[i] > 0.15 ? quantile(turn, i, std::min<std::size_t>(4, n_ / 4), 0.5) : 0.0;
+            threshold_[i] = std::max({floor, scatter_factor * scatter, 0.7 * step[i] * g * g * g});
+        }
+        work = magnitude;
+        const auto middle = work.begin() + static_cast<std::ptrdiff_t>(work.size() / 2);
+        std::nth_element(work.begin(), middle, work.end());
+        sigma_ = *middle / 0.6745 / quadruple_gain;
+    }
+
+    void kill(std::size_t i) {
+        alive_[i] = 0;
+        if (prev_[i] != none) next_[prev_[i]] = next_[i];
+        if (next_[i] != none) prev_[next_[i]] = prev_[i];
+    }
+
+    void revive(std::size_t i) {
+        alive_[i] = 1;
+        if (prev_[i] != none) next_[prev_[i]] = i;
+        if (next_[i] != none) prev_[next_[i]] = i;
+    }
+
+    using Saved = std::array<std::pair<std::size_t, double>, 6>;
+
+    /// Recomputes the residuals of the three living neighbours on each side.
+    Saved refresh_around(std::size_t i) {
+        Saved saved;
+        saved.fill({none, 0.0});
+        std::size_t left = prev_[i], right = next_[i];
+        for (std::size_t k = 0; k < 3; ++k) {
+            if (left != none) {
+                saved[2 * k] = {left, residual_[left]};
+                residual_[left] = residual_of(left);
+                left = prev_[left];
+            }
+            if (right != none) {
+                saved[2 * k + 1] = {right, residual_[right]};
+                residual_[right] = residual_of(right);
+                right = next_[right];
+            }
+        }
+        if (budget_ > 0) --budget_;
+        return saved;
+    }
+
+    void restore(const Saved& saved) {
+        for (auto entry = saved.rbegin(); entry != saved.rend(); ++entry)
+            if (entry->first != none) residual_[entry->first] = entry->second;
+    }
+
+    void collect_region(std::size_t seed) {
+        region_.clear();
+        const auto walk = [&](const std::vector<std::size_t>& step) {
+            std::size_t quiet = 0, at = step[seed];
+            std::vector<std::size_t> found;
+            while (at != none && at != seed && quiet < 5 && found.size() < widest_region / 2 - 1) {
+                found.push_back(at);
+                quiet = ratio(at) > 1.0 ? 0 : quiet + 1;
+                at = step[at];
+            }
+            return found;
+        };
+        const auto before = walk(prev_), after = walk(next_);
+        region_.assign(before.rbegin(), before.rend());
+        region_.push_back(seed);
+        for (const std::size_t i : after)
+            if (std::find(region_.begin(), region_.end(), i) == region_.end()) region_.push_back(i);
+    }
+
+    void explore(int left, std::uint64_t mask) {
+        std::size_t worst = none;
+        double score = 0.0;
+        for (const std::size_t i : region_) {
+            if (!alive_[i]) continue;
+            score += ratio(i) * ratio(i);
+            if (worst == none || ratio(i) > ratio(worst)) worst = i;
+        }
+        if (worst == none || ratio(worst) <= 1.0) {
+            if (score < best_score_) {
+                best_score_ = score;
+                best_mask_ = mask;
+            }
+            return;
+        }
+        if (left == 0 || budget_ == 0) return;
+        // The worst residual involves five points; one of them at least is bad.
+        const std::size_t p = prev_[worst], q = next_[worst];
+        for (const std::size_t i : {worst, p, q, p != none ? prev_[p] : none, q != none ? next_[q] : none}) {
+            const auto found = std::find(region_.begin(), region_.end(), i);
+            if (i == none || found == region_.end() || !alive_[i]) continue;
+            const std::uint64_t with = mask | (std::uint64_t{1} << (found - region_.begin()));
+            if (std::find(visited_.begin(), visited_.end(), with) != visited_.end()) continue;
+            visited_.push_back(with);
+            kill(i);
+            const Saved saved = refresh_around(i);
+            explore(left - 1, with);
+            restore(saved);
+            revive(i);
+        }
+    }
+
+    void repair(std::size_t seed) {
+        collect_region(seed);
+        best_score_ = std::numeric_limits<double>::infinity();
+        for (int depth = 1; depth <= deepest && budget_ > 0 && !std::isfinite(best_score_); ++depth) {
+            visited_.clear();
+            explore(depth, 0);
+        }
+        if (!std::isfinite(best_score_)) {
+            const auto seat = std::find(region_.begin(), region_.end(), seed) - region_.begin();
+            best_mask_ = std::uint64_t{1} << seat;
+        }
+        for (std::size_t k = 0; k < region_.size(); ++k) {
+            if (!((best_mask_ >> k) & 1U)) continue;
+            kill(region_[k]);
+            refresh_around(region_[k]);
+            ++removed_;
+        }
+    }
+
+    BadPoints report() {
+        BadPoints out;
+        out.bad.resize(n_);
+        for (std::size_t i = 0; i < n_; ++i) {
+            out.bad[i] = static_cast<char>(!alive_[i]);
+            if (alive_[i]) continue;
+            // A removed point keeps the links of its time: walk on to living neighbours.
+            while (prev_[i] != none && !alive_[prev_[i]])
+                prev_[i] = prev_[prev_[i]];
+            while (next_[i] != none && !alive_[next_[i]])
+                next_[i] = next_[next_[i]];
+            residual_[i] = residual_of(i);
+        }
+        out.residual = std::move(residual_);
+        out.threshold_mm = std::move(threshold_);
+        out.sigma_mm = sigma_;
+        out.count = removed_;
+        return out;
+    }
+
+    std::span<const Vec2> points_;
+    bool closed_;
+    std::size_t n_;
+    std::vector<std::size_t> prev_, next_;  // living neighbours
+    std::vector<char> alive_;
+    std::vector<double> residual_, threshold_;
+    std::vector<std::size_t> region_;
+    std::vector<std::uint64_t> visited_;
+    double best_score_ = 0.0, sigma_ = 0.0;
+    std::uint64_t best_mask_ = 0;
+    std::size_t removed_ = 0, budget_ = 0;
+};
+
+}  // namespace
+
+double spline_residual(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d, const Vec2& p) {
+    const Vec2 ab = b - a, bc = c - b, cd = d - c;
+    const double h0 = ab.norm(), gap = bc.norm(), h2 = cd.norm();
+    if (!(h0 > 0.0) || !(gap > 0.0) || !(h2 > 0.0)) return 0.0;
+    // The turn over the gap, as its share of the turn between the outer chords.
+    const double turn = turn_angle(ab, cd) * gap / (gap + 0.5 * (h0 + h2));
+    const double h1 = arc_of_chord(gap, std::clamp(turn, -1.5, 1.5));
+    // Newton's divided differences over -h0, 0, h1, h1 + h2 (b is the origin).
+    const Vec2 s0 = ab / h0, s1 = bc / h1, s2 = cd / h2;
+    const Vec2 q0 = (s1 - s0) / (h0 + h1), q1 = (s2 - s1) / (h1 + h2);
+    const Vec2 cubic = (q1 - q0) / (h0 + h1 + h2);
+    const auto at = [&](double t) -> Vec2 { return b + t * (s1 + (t - h1) * (q0 + (t + h0) * cubic)); };
+    const auto slope = [&](double t) -> Vec2 {
+        return s1 + (2.0 * t - h1) * q0 + (3.0 * t * t + 2.0 * (h0 - h1) * t - h0 * h1) * cubic;
+    };
+    double t = std::clamp((p - b).dot(bc) / (gap * gap), 0.0, 1.0) * h1;
+    for (int step = 0; step < 2; ++step) {
+        const Vec2 v = slope(t);
+        t = std::clamp(t + (p - at(t)).dot(v) / std::max(v.squaredNorm(), 1e-12), -h0, h1 + h2);
+    }
+    const Vec2 off = p - at(t);
+    return std::copysign(off.norm(), off.dot(right_normal(slope(t))));
+}
+
+BadPoints find_bad_points(std::span<const Vec2> points, bool closed, double floor_mm) {
+    if (points.size() < 7) {
+        BadPoints all_good;
+        all_good.bad.assign(points.size(), 0);
+        all_good.residual.assign(points.size(), 0.0);
+        all_good.threshold_mm.assign(points.size(), floor_mm);
+        return all_good;
+    }
+    return Finder(points, closed, floor_mm).run();
+}
+
+}  // namespace cmm::fitting

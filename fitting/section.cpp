@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/section.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <utility>
+
+#include "core/text.hpp"
+#include "fitting/contour.hpp"
+#include "fitting/ordering.hpp"
+#include "fitting/outliers.hpp"
+#include "fitting/smoothing.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+using core::ErrorCode;
+
+constexpr double restore_share = 0.6;  // of the threshold: below it a point that its neighbours accused is good
+constexpr int most_rounds = 4;         // of fit, reject, restore
+constexpr double most_bad_share = 0.2;
+
+/// The lap with its fit and everything derived from it on the way to the SectionFit.
+class SectionFitter {
+  public:
+    SectionFitter(std::span<const Vec2> centres, std::span<const RejectReason> excluded, const SectionOptions& options)
+        : centres_(centres), options_(options) {
+        fit_.verdicts.resize(centres.size());
+        for (std::size_t i = 0; i < std::min(centres.size(), excluded.size()); ++i)
+            fit_.verdicts[i].reason = excluded[i];
+    }
+
+    core::Result<SectionFit> run() {
+        if (auto status = order(); !status) return tl::unexpected(status.error());
+        if (auto status = fit_centre_curve(); !status) return tl::unexpected(status.error());
+        if (auto status = build_contour(smooth_, good_, options_, fit_); !status) return tl::unexpected(status.error());
+        write_verdicts();
+        return std::move(fit_);
+    }
+
+  private:
+    core::Status order() {
+        std::vector<char> excluded(centres_.size(), 0), duplicate;
+        for (std::size_t i = 0; i < centres_.size(); ++i) {
+            if (!is_finite(centres_[i]) && fit_.verdicts[i].reason == RejectReason::none)
+                fit_.verdicts[i].reason = RejectReason::no_contact;
+            excluded[i] = fit_.verdicts[i].reason != RejectReason::none;
+        }
+        const auto usable = usable_points(centres_, excluded, duplicate);
+        for (std::size_t i = 0; i < centres_.size(); ++i)
+            if (duplicate[i]) fit_.verdicts[i].reason = RejectReason::duplicate;
+        auto lap = order_lap(centres_, usable, options_.closing_gap_factor, options_.reject_floor_mm);
+        if (!lap) return tl::unexpected(lap.error());
+        index_ = std::move(lap->index);
+        for (const std::size_t i : index_)
+            points_.push_back(centres_[i]);
+        fit_.closed = true;
+        return {};
+    }
+
+    core::Status fit_centre_curve() {
+        BadPoints found = find_bad_points(points_, true, options_.reject_floor_mm);
+        if (static_cast<double>(found.count) > most_bad_share * static_cast<double>(points_.size()) - 1.0)
+            return core::fail(ErrorCode::fit_not_evaluable,
+                              "section: too many points disagree with their neighbours (" +
+                                  std::to_string(found.count) + " of " + std::to_string(points_.size()) + ")");
+        residual_ = std::move(found.residual);
+        reason_.assign(points_.size(), RejectReason::none);
+        for (std::size_t k = 0; k < points_.size(); ++k)
+            if (found.bad[k]) reason_[k] = RejectReason::spline_residual;
+        for (int round = 0; round < most_rounds; ++round) {
+            collect_good_points();
+            auto smooth = smooth_closed(good_, found.sigma_mm);
+            if (!smooth) return tl::unexpected(smooth.error());
+            smooth_ = std::move(*smooth);
+            if (!revise_verdicts(found.threshold_mm)) break;
+        }
+        estimate_noise();
+        return check_turning();
+    }
+
+    void collect_good_points() {
+        good_.clear();
+        for (std::size_t k = 0; k < points_.size(); ++k)
+            if (reason_[k] == RejectReason::none) good_.push_back(points_[k]);
+    }
+
+    /// Checks every point against the fitted curve (A9): runs that the neighbours excused are rejected, good points
+    /// that bad neighbours accused come back. False when nothing changed.
+    bool revise_verdicts(const std::vector<double>& threshold) {
+        bool changed = false;
+        std::size_t good = 0;
+        double near = smooth_.parameter.back();
+        for (std::size_t k = 0; k < points_.size(); ++k) {
+            if (reason_[k] == RejectReason::none) {
+                near = smooth_.parameter[good];
+                residual_[k] = smooth_.residual[good++];
+                if (std::abs(residual_[k]) <= threshold[k]) continue;
+                reason_[k] = RejectReason::fit_residual;
+                changed = true;
+            } else {
+                residual_[k] = distance_near(points_[k], near);
+                if (std::abs(residual_[k]) > restore_share * threshold[k]) continue;
+                reason_[k] = RejectReason::none;
+                changed = true;
+            }
+        }
+        return changed;
+    }
+
+    /// Signed distance of a point that is not in the fit, searched from its last good predecessor on.
+    double distance_near(const Vec2& p, double near) const {
+        const PiecewiseCubic& curve = smooth_.curve;
+        double t = near;
+        for (int step = 0; step < 10; ++step) {
+            const Jet jet = curve.jet(t);
+            const double move = (p - jet.position).dot(jet.d1) / std::max(jet.d1.squaredNorm(), 1e-12);
+            t += std::clamp(move, -0.02 * curve.period(), 0.02 * curve.period());
+            if (std::abs(move) < 1e-9 * curve.period()) break;
+        }
+        const Jet jet = curve.jet(t);
+        return std::copysign((p - jet.position).norm(), (p - jet.position).dot(jet.right_normal()));
+    }
+
+    void estimate_noise() {
+        double squares = 0.0;
+        for (const double r : smooth_.residual)
+            squares += r * r;
+        const std::size_t free = good_.size() > smooth_.curve.spans() ? good_.size() - smooth_.curve.spans() : 0;
+        fit_.noise_sigma_mm = free > 0 ? std::sqrt(squares / static_cast<double>(free)) : 0.0;
+    }
+
+    /// A closed curve without crossings turns once (Hopf's Umlaufsatz).
+    core::Status check_turning() const {
+        double turned = 0.0;
+        const auto& breaks = smooth_.curve.breaks();
+        Vec2 last = smooth_.curve.pieces().front()[1];
+        for (std::size_t k = 0; k < smooth_.curve.spans(); ++k) {
+            for (int part = 1; part <= 4; ++part) {
+                const Vec2 now = smooth_.curve.jet(breaks[k] + 0.25 * part * (breaks[k + 1] - breaks[k])).d1;
+                turned += turn_angle(last, now);
+                last = now;
+            }
+        }
+        if (std::abs(turned - 2.0 * std::numbers::pi) < 0.5) return {};
+        return core::fail(ErrorCode::fit_not_evaluable,
+                          "section: the curve of ball centres crosses itself (it turns by " +
+                              core::fixed(turned * 180.0 / std::numbers::pi, 0) + " degrees, not 360)");
+    }
+
+    void write_verdicts() {
+        for (std::size_t k = 0; k < points_.size(); ++k)
+            fit_.verdicts[index_[k]] = {reason_[k], residual_[k]};
+        fit_.rejected = static_cast<std::size_t>(std::count_if(
+            fit_.verdicts.begin(), fit_.verdicts.end(), [](const auto& v) { return v.reason != RejectReason::none; }));
+    }
+
+    SectionFit fit_;
+    std::span<const Vec2> centres_;
+    const SectionOptions& options_;
+    std::vector<std::size_t> index_;  // lap position -> input index
+    std::vector<Vec2> points_;        // by lap position, like the next two
+    std::vector<RejectReason> reason_;
+    std::vector<double> residual_;
+    std::vector<Vec2> good_;  // the points that smooth_ was fitted to
+    SmoothCurve smooth_;
+};
+
+}  // namespace
+
+std::string_view to_string(Zone zone) noexcept {
+    switch (zone) {
+        case Zone::le:
+            return "le";
+        case Zone::suction:
+            return "suction";
+        case Zone::te:
+            return "te";
+        case Zone::pressure:
+            return "pressure";
+    }
+    return "";
+}
+
+std::string_view to_string(RejectReason reason) noexcept {
+    switch (reason) {
+        case RejectReason::none:
+            return "none";
+        case RejectReason::spline_residual:
+            return "spline_residual";
+        case RejectReason::fit_residual:
+            return "fit_residual";
+        case RejectReason::no_contact:
+            return "no_contact";
+        case RejectReason::duplicate:
+            return "duplicate";
+        case RejectReason::by_operator:
+            return "by_operator";
+    }
+    return "";
+}
+
+core::Result<SectionFit> fit_section(std::span<const Eigen::Vector2d> centres, std::span<const RejectReason> excluded,
+                                     const SectionOptions& options) {
+    if (!std::isfinite(options.ball_radius_mm) || options.ball_radius_mm < 0.0)
+        return core::fail(ErrorCode::fit_not_evaluable, "section: the ball radius must be a number, 0 or more");
+    return SectionFitter(centres, excluded, options).run();
+}
+
+}  // namespace cmm::fitting

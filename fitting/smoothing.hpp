@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/error.hpp"
+#include "fitting/spline.hpp"
+
+namespace cmm::fitting {
+
+/// A closed least-squares cubic spline through noisy points (docs/theory.md, "The centre curve").
+struct SmoothCurve {
+    PiecewiseCubic curve;
+    std::vector<double> parameter;  ///< of each input point on `curve`
+    std::vector<double> residual;   ///< signed, along the right-hand normal (outward when counter-clockwise)
+    std::vector<double> leverage;   ///< per span: mean variance of the curve / variance of a point
+};
+
+/// Fits points that go round once, in order. Knots are added where the residuals are not white noise of standard
+/// deviation `sigma_mm`, so that their density follows the curvature and the smoothing follows the noise. O(n). Errors:
+/// fit_not_evaluable (fewer than 12 points, singular).
+core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points, double sigma_mm);
+
+}  // namespace cmm::fitting

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "fitting/vec2.hpp"
+
+namespace cmm::fitting {
+
+/// A point of a parametric curve with its first two derivatives by the parameter.
+struct Jet {
+    Vec2 position = Vec2::Zero();
+    Vec2 d1 = Vec2::Zero();
+    Vec2 d2 = Vec2::Zero();
+
+    double speed() const { return d1.norm(); }
+    Vec2 tangent() const { return d1.normalized(); }
+    Vec2 right_normal() const { return fitting::right_normal(d1).normalized(); }
+    /// Positive when the curve turns left: convex parts of a counter-clockwise section.
+    double curvature() const {
+        const double v = d1.norm();
+        return v > 0.0 ? cross(d1, d2) / (v * v * v) : 0.0;
+    }
+};
+
+/// A plane curve of cubic pieces: breaks t_0 < ... < t_K, on piece k a + b u + c u^2 + d u^3 with u = t - t_k.
+/// Closed curves take any parameter (period t_K - t_0); open ones continue their end pieces. Immutable value, any
+/// thread.
+class PiecewiseCubic {
+  public:
+    using Piece = std::array<Vec2, 4>;
+
+    PiecewiseCubic() = default;
+    PiecewiseCubic(std::vector<double> breaks, std::vector<Piece> pieces, bool closed);
+
+    Jet jet(double t) const { return jet_in(span_of(t), t); }
+    /// The piece that holds t, which is first brought into the period; `near` is where the search begins.
+    std::size_t span_of(double& t, std::size_t near) const;
+    std::size_t span_of(double& t) const { return span_of(t, pieces_.size() / 2); }
+    /// t inside the period already, span known.
+    Jet jet_in(std::size_t span, double t) const;
+    double wrap(double t) const;
+
+    std::size_t spans() const { return pieces_.size(); }
+    const std::vector<double>& breaks() const { return breaks_; }
+    const std::vector<Piece>& pieces() const { return pieces_; }
+    double front() const { return breaks_.front(); }
+    double period() const { return breaks_.back() - breaks_.front(); }
+    bool closed() const { return closed_; }
+
+  private:
+    std::vector<double> breaks_;
+    std::vector<Piece> pieces_;
+    bool closed_ = false;
+};
+
+/// Cumulative chord length (seed 000, eq 8, with its sum bound corrected): t_0 = 0, n entries, n + 1 when closed.
+std::vector<double> chord_parameters(std::span<const Vec2> points, bool closed);
+
+/// The periodic C2 cubic spline through the points; parameters has one entry more than points (the period's end).
+/// Needs at least 3 points and strictly increasing parameters (checked by the callers).
+PiecewiseCubic interpolate_periodic(std::span<const Vec2> points, std::vector<double> parameters);
+
+/// The open C2 cubic spline; an end without a derivative is natural (second derivative zero).
+PiecewiseCubic interpolate_open(std::span<const Vec2> points, std::vector<double> parameters,
+                                const std::optional<Vec2>& start_derivative = {},
+                                const std::optional<Vec2>& end_derivative = {});
+
+}  // namespace cmm::fitting

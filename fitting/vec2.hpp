@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+
+/// Plane vectors of the fitting layer: millimetres, part frame.
+namespace cmm::fitting {
+
+using Vec2 = Eigen::Vector2d;
+
+/// z component of a x b: positive when b points to the left of a.
+inline double cross(const Vec2& a, const Vec2& b) {
+    return a.x() * b.y() - a.y() * b.x();
+}
+
+/// Right-hand normal (seed 000, eq 16): outward on a counter-clockwise curve. Not normalised.
+inline Vec2 right_normal(const Vec2& tangent) {
+    return {tangent.y(), -tangent.x()};
+}
+
+/// Signed angle from a to b in (-pi, pi].
+inline double turn_angle(const Vec2& a, const Vec2& b) {
+    return std::atan2(cross(a, b), a.dot(b));
+}
+
+inline bool is_finite(const Vec2& p) {
+    return std::isfinite(p.x()) && std::isfinite(p.y());
+}
+
+}  // namespace cmm::fitting
