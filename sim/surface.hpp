@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/error.hpp"
 
@@ -44,6 +45,7 @@ struct Part {
     double ball_radius_mm = 1.0;
     double noise_mm = 0.0;                  ///< standard deviation along the normal
     double bad_points_share = 0.0;          ///< 0 ... 1 of the recorded points
+    std::vector<std::string> remarks;       ///< what the user should know about the geometry, e.g. a mesh with holes
 };
 
 /// Reads the part file (docs/part-file.md). Errors: config_*, input_*.

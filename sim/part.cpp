@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "core/config.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "sim/geometry_source.hpp"
+#include "sim/offset.hpp"
+#include "sim/surface.hpp"
+
+namespace cmm::sim {
+
+using core::ConfigTable;
+using core::Result;
+
+namespace {
+
+struct PartNumbers {
+    Part part;
+    Deviation deviation;
+    double thicken_mm = 0.0;
+};
+
+/// What both [nominal] and [actual] say about geometry.
+GeometrySource read_source(const ConfigTable& table, const std::string& kind) {
+    GeometrySource source;
+    source.where = table.where("kind");
+    if (kind == "sections" || kind == "mesh") {
+        source.kind = kind == "mesh" ? GeometrySource::Kind::mesh : GeometrySource::Kind::sections;
+        const auto names = table.texts("files");
+        if (names.empty()) table.complain("files", "must name at least one file");
+        if (kind == "mesh" && names.size() > 1) table.complain("files", "must be one .ply or .stl");
+        for (const auto& name : names)
+            source.files.push_back(table.resolve(name));
+    } else {
+        source.kind = GeometrySource::Kind::parametric;
+        source.blade = read_blade(table.table("blade"));
+    }
+    if (kind != "sections") {
+        table.word("span", "auto", {"x", "y", "z", "auto"});  // may stay in the file when the kind changes
+    } else {
+        source.span = table.word("span", "auto", {"x", "y", "z", "auto"});
+    }
+    return source;
+}
+
+void read_stylus(const ConfigTable& stylus, Part& part) {
+    part.ball_radius_mm = stylus.number("radius_mm", 1.0, {0.0, 10.0});
+    if (part.ball_radius_mm <= 0.0) stylus.complain("radius_mm", "must be above 0");
+    const double shank = stylus.number("shank_radius_mm", 0.6 * part.ball_radius_mm);
+    if (!(shank > 0.0 && shank < part.ball_radius_mm))
+        stylus.complain("shank_radius_mm", "must be above 0 and below radius_mm");
+    if (stylus.number("length_mm", 20.0) <= 0.0) stylus.complain("length_mm", "must be above 0");
+}
+
+void read_actual(const ConfigTable& actual, PartNumbers& numbers) {
+    numbers.part.noise_mm = core::mm_from_um(actual.number("noise_um", 1.0, {0.0, 1000.0}));
+    numbers.part.bad_points_share = actual.number("bad_points_percent", 1.0, {0.0, 100.0}) / 100.0;
+    numbers.thicken_mm = actual.number("thicken_mm", 0.0, {-10.0, 10.0});
+    numbers.deviation.twist_rad = core::rad_from_deg(actual.number("twist_deg", 0.0, {-90.0, 90.0}));
+    const auto shift = actual.numbers("shift_mm");
+    if (actual.has("shift_mm") && shift.size() != 2 && shift.size() != 3)
+        actual.complain("shift_mm", "must be [x, y] or [x, y, z]");
+    for (std::size_t i = 0; i < std::min<std::size_t>(3, shift.size()); ++i) {
+        numbers.deviation.shift_mm[static_cast<Eigen::Index>(i)] = shift[i];
+    }
+}
+
+/// [nominal] with its other keys, so that a misspelt one is found here too; its geometry when `wanted`.
+GeometrySource read_nominal(const ConfigTable& nominal, bool wanted) {
+    const std::string kind = nominal.word("kind", "none", {"sections", "parametric", "mesh", "none"});
+    const auto hint = nominal.numbers("le_hint_mm");
+    if (nominal.has("le_hint_mm") && hint.size() != 2) nominal.complain("le_hint_mm", "must be [x, y]");
+    if (kind != "none") return read_source(nominal, kind);
+    nominal.texts("files");
+    nominal.word("span", "auto", {"x", "y", "z", "auto"});
+    if (wanted)
+        nominal.complain("kind",
+                         "is \"none\" and [actual] has no geometry: there is nothing to simulate; give actual.kind");
+    return {};
+}
+
+}  // namespace
+
+Result<Part> load_part(const std::string& part_file) {
+    auto root = ConfigTable::load(part_file);
+    if (!root) return tl::unexpected(root.error());
+    PartNumbers numbers;
+    const ConfigTable part = root->table("part");
+    numbers.part.name = part.required_text("name");
+    part.word("kind", "blade", {"blade"});
+    part.text("serial", "");
+    root->ignore("scan");
+    root->ignore("gate");
+    read_stylus(root->table("stylus"), numbers.part);
+    const ConfigTable actual = root->table("actual");
+    read_actual(actual, numbers);
+    const std::string kind = actual.word("kind", "nominal", {"nominal", "parametric", "sections", "mesh"});
+    GeometrySource source = read_nominal(root->table("nominal"), kind == "nominal");
+    if (kind != "nominal") {
+        source = read_source(actual, kind);
+    } else {
+        actual.texts("files");
+        actual.word("span", "auto", {"x", "y", "z", "auto"});
+    }
+    if (auto status = root->finish(); !status) return tl::unexpected(status.error());
+
+    source.beyond_mm = numbers.part.ball_radius_mm;
+    auto surface = build_surface(source, numbers.deviation, numbers.part.remarks);
+    if (!surface) return tl::unexpected(surface.error());
+    numbers.part.surface =
+        numbers.thicken_mm == 0.0 ? *surface : std::make_shared<OffsetSurface>(*surface, 0.5 * numbers.thicken_mm);
+    return std::move(numbers.part);
+}
+
+}  // namespace cmm::sim
