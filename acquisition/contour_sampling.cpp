@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/contour_sampling.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace cmm::acquisition {
+namespace {
+
+using Eigen::Vector2d;
+
+constexpr double chord_error_mm = 2e-4;
+constexpr double fewest_points = 1200.0;
+constexpr double densest = 40.0;  // at most so many times denser than the even spacing: bounds what a kink may ask for
+
+double cross(const Vector2d& a, const Vector2d& b) {
+    return a.x() * b.y() - a.y() * b.x();
+}
+
+}  // namespace
+
+std::vector<double> dense_parameters(const std::function<Vector2d(double)>& position, const std::vector<double>& coarse,
+                                     double period) {
+    const std::size_t n = coarse.size();
+    std::vector<Vector2d> points(n);
+    std::transform(coarse.begin(), coarse.end(), points.begin(), position);
+    std::vector<Vector2d> step(n);
+    double length = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+        step[i] = points[(i + 1) % n] - points[i];
+        length += step[i].norm();
+    }
+    const double widest = length / fewest_points;
+    // Points wanted up to each coarse parameter: arc length over the local step sqrt(8 e / kappa).
+    std::vector<double> wanted(n + 1, 0.0);
+    for (std::size_t i = 0; i < n; ++i) {
+        const Vector2d &before = step[(i + n - 1) % n], &here = step[i], &after = step[(i + 1) % n];
+        const double turn = std::abs(std::atan2(cross(before, here), before.dot(here))) +
+                            std::abs(std::atan2(cross(here, after), here.dot(after)));
+        const double reach = here.norm() + 0.5 * (before.norm() + after.norm());
+        const double kappa = reach > 0.0 ? turn / reach : 0.0;
+        const double fine = kappa > 0.0 ? std::sqrt(8.0 * chord_error_mm / kappa) : widest;
+        wanted[i + 1] = wanted[i] + here.norm() / std::clamp(fine, widest / densest, widest);
+    }
+    const auto count = static_cast<std::size_t>(std::ceil(wanted.back()));
+    std::vector<double> parameters(count);
+    std::size_t span = 0;
+    for (std::size_t k = 0; k < count; ++k) {
+        const double target = wanted.back() * static_cast<double>(k) / static_cast<double>(count);
+        while (wanted[span + 1] < target)
+            ++span;
+        const double from = coarse[span], to = span + 1 < n ? coarse[span + 1] : coarse[0] + period;
+        parameters[k] = from + (to - from) * (target - wanted[span]) / (wanted[span + 1] - wanted[span]);
+    }
+    return parameters;
+}
+
+double signed_area(const std::vector<Vector2d>& polygon) noexcept {
+    double doubled = 0.0;
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+        // Relative to the first point: far from the origin the terms would cancel badly.
+        const Vector2d a = polygon[i] - polygon[0], b = polygon[(i + 1) % polygon.size()] - polygon[0];
+        doubled += cross(a, b);
+    }
+    return 0.5 * doubled;
+}
+
+void drop_repeated(std::vector<Vector2d>& polygon, double tolerance_mm) {
+    const auto same = [tolerance_mm](const Vector2d& a, const Vector2d& b) { return (a - b).norm() <= tolerance_mm; };
+    polygon.erase(std::unique(polygon.begin(), polygon.end(), same), polygon.end());
+    while (polygon.size() > 1 && same(polygon.front(), polygon.back()))
+        polygon.pop_back();
+}
+
+NominalContour contour_from(double z_mm, const std::vector<CutPoint>& cut) {
+    NominalContour contour;
+    contour.z_mm = z_mm;
+    contour.points.reserve(cut.size());
+    const std::size_t n = cut.size();
+    for (std::size_t i = 0; i < n; ++i) {
+        contour.points.push_back(cut[i].position_mm);
+        const Vector2d along = cut[(i + 1) % n].position_mm - cut[(i + n - 1) % n].position_mm;
+        const Eigen::Vector3d normal = Eigen::Vector3d(along.x(), along.y(), 0.0).cross(cut[i].spanwise);
+        if (normal.norm() == 0.0) continue;
+        contour.lean_rad = std::max(contour.lean_rad, std::asin(std::min(1.0, std::abs(normal.z()) / normal.norm())));
+    }
+    if (signed_area(contour.points) < 0.0) std::reverse(contour.points.begin(), contour.points.end());
+    return contour;
+}
+
+}  // namespace cmm::acquisition

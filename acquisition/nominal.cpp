@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/nominal.hpp"
+
+#include "acquisition/nominal_kinds.hpp"
+#include "core/text.hpp"
+
+namespace cmm::acquisition {
+
+core::Status require_height(double z_mm, double low_mm, double high_mm) {
+    constexpr double tolerance_mm = 1e-3;
+    if (z_mm >= low_mm - tolerance_mm && z_mm <= high_mm + tolerance_mm) return {};
+    return core::fail(core::ErrorCode::plan_invalid, "z = " + core::fixed(z_mm, 3) + " mm lies outside the nominal (" +
+                                                         core::fixed(low_mm, 3) + " mm to " + core::fixed(high_mm, 3) +
+                                                         " mm)");
+}
+
+Eigen::Vector3d turned_to_z(const Eigen::Vector3d& p, Span span) noexcept {
+    if (span == Span::y) return {p.z(), p.x(), p.y()};
+    if (span == Span::x) return {p.y(), p.z(), p.x()};
+    return p;
+}
+
+core::Result<std::shared_ptr<const Nominal>> load_nominal(const NominalSpec& spec) {
+    if (spec.kind == NominalKind::none) return std::shared_ptr<const Nominal>();
+    if (spec.kind == NominalKind::parametric) return parametric_nominal(spec.blade.value());
+    if (spec.kind == NominalKind::mesh) {
+        auto mesh = read_mesh(spec.files.at(0));
+        if (!mesh) return tl::unexpected(std::move(mesh.error()).with_context("while reading the nominal"));
+        return mesh_nominal(std::move(*mesh), spec.span);
+    }
+    auto sections = read_points(spec.files);
+    if (!sections) return tl::unexpected(std::move(sections.error()).with_context("while reading the nominal"));
+    return sections_nominal(std::move(*sections), spec.span);
+}
+
+}  // namespace cmm::acquisition

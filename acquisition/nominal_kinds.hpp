@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "acquisition/nominal.hpp"
+#include "acquisition/part_file.hpp"
+#include "acquisition/points_file.hpp"
+#include "acquisition/triangle_mesh.hpp"
+
+/// The kinds of nominal behind `load_nominal`, one source file each.
+namespace cmm::acquisition {
+
+/// Sections as they are where they lie in planes, lofted and cut elsewhere (docs/part-file.md, "Loft").
+core::Result<std::shared_ptr<const Nominal>> sections_nominal(std::vector<PointSection> sections, Span span);
+/// The formulas of docs/part-file.md. Errors: config_invalid when no section can be built from the numbers.
+core::Result<std::shared_ptr<const Nominal>> parametric_nominal(const ParametricBlade& blade);
+/// Plane cuts of a closed triangle mesh.
+core::Result<std::shared_ptr<const Nominal>> mesh_nominal(TriangleMesh mesh, Span span);
+
+/// plan_invalid "z = 12.000 mm lies outside the nominal (15.000 mm to 90.000 mm)", unless z lies inside (to 1 um).
+core::Status require_height(double z_mm, double low_mm, double high_mm);
+/// The cyclic exchange of axes that makes the span +z; `span` must not be automatic.
+Eigen::Vector3d turned_to_z(const Eigen::Vector3d& p, Span span) noexcept;
+
+}  // namespace cmm::acquisition
