@@ -149,6 +149,8 @@ class Machine {
     /// that the controller still holds are kept for drain(), if it has not been restarted since; without it a new run
     /// starts at 1 and older samples in the controller are given up. The result belongs into the journal.
     virtual boost::asio::awaitable<core::Result<RunOrigin>> begin_run(std::optional<RunOrigin> resume) = 0;
+    /// Gives the ownership back, so that another host need not wait for our watchdog to run out.
+    virtual boost::asio::awaitable<core::Status> end_run() = 0;
     virtual boost::asio::awaitable<core::Status> home() = 0;
     virtual boost::asio::awaitable<core::Status> qualify(double ball_radius_mm) = 0;
     /// Straight free travel; touching anything is a collision (machine_fault).

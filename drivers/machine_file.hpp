@@ -20,7 +20,7 @@ struct LinkSettings {
     double poll_ms = 2.0;          ///< pause between exchanges while no sample waits, at most 10
 };
 
-/// Reads a machine file; everything outside [link] and [machine] belongs to the simulator. Errors: input_missing,
+/// Reads a machine file; the table [controller] belongs to the simulator. Errors: input_missing,
 /// config_*.
 core::Result<LinkSettings> load_link_settings(const std::string& path);
 /// A URL ("scheme:...") or the name of a machine file.

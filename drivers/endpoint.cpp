@@ -1,0 +1,229 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/endpoint.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/text.hpp"
+
+namespace cmm::drivers {
+namespace {
+
+enum class Form : std::uint8_t { network, device, file, nothing };
+
+struct OptionForm {
+    std::string_view name;
+    std::int64_t low = 0, high = 0;  // whole number, unless there are words
+    std::array<std::string_view, 3> words{};
+};
+
+constexpr OptionForm unit_option{"unit", 0, 255, {}};
+constexpr OptionForm baud_option{"baud", 300, 4'000'000, {}};
+constexpr OptionForm parity_option{"parity", 0, 0, {"none", "even", "odd"}};
+
+struct SchemeForm {
+    std::string_view name;
+    Form form;
+    std::uint16_t default_port;
+    std::string_view example;
+    std::span<const OptionForm> options;
+};
+
+constexpr std::array tcp_options{unit_option};
+constexpr std::array rtu_options{unit_option, baud_option, parity_option};
+constexpr std::array line_options{baud_option, parity_option};
+
+constexpr std::array schemes{
+    SchemeForm{"modbus+tcp", Form::network, 502, "modbus+tcp://host:502?unit=1", tcp_options},
+    SchemeForm{"modbus+rtu", Form::device, 0, "modbus+rtu:///dev/ttyUSB0?baud=115200&parity=even", rtu_options},
+    SchemeForm{"line+serial", Form::device, 0, "line+serial:///dev/ttyUSB0?baud=115200", line_options},
+    SchemeForm{"ipp", Form::network, 1294, "ipp://host:1294", {}},
+    SchemeForm{"replay", Form::file, 0, "replay:run.cmmrun", {}},
+    SchemeForm{"demo", Form::nothing, 0, "demo:", {}},
+};
+
+const SchemeForm* form_of(std::string_view scheme) {
+    const auto* found = std::find_if(schemes.begin(), schemes.end(), [&](const auto& s) { return s.name == scheme; });
+    return found == schemes.end() ? nullptr : found;
+}
+
+std::optional<std::int64_t> whole_number(std::string_view text) {
+    std::int64_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc{} || end != text.data() + text.size()) return std::nullopt;
+    return value;
+}
+
+/// Carries the URL along, so that every error shows it.
+class Parser {
+  public:
+    explicit Parser(std::string_view url) : url_(url) {}
+
+    core::Result<Endpoint> run() {
+        const auto colon = url_.find(':');
+        if (colon == std::string_view::npos || colon == 0) {
+            return error("it has no scheme; write for example " + std::string(schemes.front().example));
+        }
+        endpoint_.scheme = std::string(url_.substr(0, colon));
+        form_ = form_of(endpoint_.scheme);
+        std::string_view rest = url_.substr(colon + 1);
+        const auto question = rest.find('?');
+        if (question != std::string_view::npos) {
+            if (auto options = read_options(rest.substr(question + 1)); !options)
+                return tl::unexpected(options.error());
+            rest = rest.substr(0, question);
+        }
+        if (auto place = read_place(rest); !place) return tl::unexpected(place.error());
+        return endpoint_;
+    }
+
+  private:
+    tl::unexpected<core::Error> error(const std::string& what) const {
+        return core::fail(core::ErrorCode::usage, "endpoint \"" + std::string(url_) + "\": " + what);
+    }
+    tl::unexpected<core::Error> error_with_form(const std::string& what) const {
+        return error(what + "; the form is " + std::string(form_->example));
+    }
+
+    core::Status read_place(std::string_view rest) {
+        const bool slashes = rest.starts_with("//");
+        if (form_ == nullptr) {
+            endpoint_.path = std::string(rest);
+            return {};
+        }
+        switch (form_->form) {
+            case Form::network:
+                if (!slashes) return error_with_form("'//' is missing after the scheme");
+                return read_host(rest.substr(2));
+            case Form::device:
+                if (!slashes || rest.size() < 4 || rest[2] != '/')
+                    return error_with_form("the device's path is missing");
+                endpoint_.path = std::string(rest.substr(2));
+                return {};
+            case Form::file:
+                if (rest.empty()) return error_with_form("the file's name is missing");
+                endpoint_.path = std::string(rest);
+                return {};
+            case Form::nothing:
+                if (!rest.empty()) return error_with_form("nothing may follow");
+                return {};
+        }
+        return {};
+    }
+
+    core::Status read_host(std::string_view authority) {
+        if (authority.ends_with('/')) authority.remove_suffix(1);
+        if (authority.find('/') != std::string_view::npos) return error_with_form("a path cannot follow the host");
+        std::string_view port;
+        if (authority.starts_with('[')) {  // IPv6
+            const auto close = authority.find(']');
+            if (close == std::string_view::npos) return error("']' is missing after the IPv6 address");
+            endpoint_.host = std::string(authority.substr(1, close - 1));
+            port = authority.substr(close + 1);
+            if (!port.empty() && port.front() != ':') return error("only ':port' may follow the address");
+            if (port == ":") return error("the port is missing after ':'");
+            if (!port.empty()) port.remove_prefix(1);
+        } else {
+            const auto colon = authority.rfind(':');
+            endpoint_.host = std::string(authority.substr(0, colon));
+            if (endpoint_.host.find(':') != std::string::npos)
+                return error("an IPv6 address is written in brackets: [::1]");
+            if (colon != std::string_view::npos) {
+                port = authority.substr(colon + 1);
+                if (port.empty()) return error("the port is missing after ':'");
+            }
+        }
+        if (endpoint_.host.empty()) return error_with_form("the host is missing");
+        return read_port(port);
+    }
+
+    core::Status read_port(std::string_view text) {
+        endpoint_.port = form_->default_port;
+        if (text.empty()) return {};
+        const auto port = whole_number(text);
+        if (!port || *port < 1 || *port > 65535) {
+            return error("the port \"" + std::string(text) + "\" is not a number from 1 to 65535");
+        }
+        endpoint_.port = static_cast<std::uint16_t>(*port);
+        return {};
+    }
+
+    core::Status read_options(std::string_view text) {
+        for (const std::string_view field : core::split(text, '&')) {
+            const auto equals = field.find('=');
+            if (equals == std::string_view::npos || equals == 0) {
+                return error("the option \"" + std::string(field) + "\" is not of the form name=value");
+            }
+            const std::string_view name = field.substr(0, equals);
+            const std::string_view value = field.substr(equals + 1);
+            if (auto known = check_option(name, value); !known) return known;
+            if (!endpoint_.options.emplace(name, value).second)
+                return error("the option " + std::string(name) + " comes twice");
+        }
+        return {};
+    }
+
+    core::Status check_option(std::string_view name, std::string_view value) const {
+        if (form_ == nullptr) return {};
+        std::vector<std::string_view> names;
+        for (const OptionForm& option : form_->options) {
+            names.push_back(option.name);
+            if (option.name == name) return check_value(option, value);
+        }
+        std::string what = std::string(form_->name) + " has no option \"" + std::string(name) + "\"";
+        if (const auto near = core::nearest_word(name, names)) what += "; did you mean \"" + *near + "\"?";
+        return error(what);
+    }
+
+    core::Status check_value(const OptionForm& option, std::string_view value) const {
+        if (!option.words.front().empty()) {
+            if (std::find(option.words.begin(), option.words.end(), value) != option.words.end()) return {};
+            return error(std::string(option.name) + " must be none, even or odd, not \"" + std::string(value) + "\"");
+        }
+        const auto number = whole_number(value);
+        if (number && *number >= option.low && *number <= option.high) return {};
+        return error(std::string(option.name) + " must be a whole number from " + std::to_string(option.low) + " to " +
+                     std::to_string(option.high) + ", not \"" + std::string(value) + "\"");
+    }
+
+    std::string_view url_;
+    const SchemeForm* form_ = nullptr;
+    Endpoint endpoint_;
+};
+
+}  // namespace
+
+core::Result<Endpoint> Endpoint::parse(std::string_view url) {
+    return Parser(url).run();
+}
+
+std::string Endpoint::text() const {
+    const SchemeForm* form = form_of(scheme);
+    std::string url = scheme + ":";
+    if (form != nullptr && form->form == Form::network) {
+        const bool ipv6 = host.find(':') != std::string::npos;
+        url += "//" + (ipv6 ? "[" + host + "]" : host) + ":" + std::to_string(port);
+    } else if (form != nullptr && form->form == Form::device) {
+        url += "//" + path;
+    } else {
+        url += path;
+    }
+    char separator = '?';
+    for (const auto& [name, value] : options) {
+        url += separator + name + "=" + value;
+        separator = '&';
+    }
+    return url;
+}
+
+std::int64_t Endpoint::integer(const std::string& option, std::int64_t fallback) const {
+    const auto found = options.find(option);
+    if (found == options.end()) return fallback;
+    return whole_number(found->second).value_or(fallback);
+}
+
+}  // namespace cmm::drivers

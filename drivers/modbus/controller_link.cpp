@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/modbus/controller_link.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/use_awaitable.hpp>
+
+namespace cmm::drivers::modbus {
+namespace {
+
+namespace asio = boost::asio;
+using Outcome = Transaction::Outcome;
+
+constexpr auto as_result = asio::as_tuple(asio::use_awaitable);
+constexpr double first_backoff_ms = 2.0;
+constexpr double longest_backoff_ms = 100.0;
+
+BusOptions bus_options(const LinkSettings& settings, const RegisterMap& map) {
+    BusOptions options;
+    options.host = settings.endpoint.host;
+    options.port = settings.endpoint.port;
+    options.unit = static_cast<std::uint8_t>(settings.endpoint.integer("unit", 1));
+    options.stop_address = map.stop.address;
+    options.connect_timeout_ms = settings.connect_timeout_ms;
+    options.stop_timeout_ms = settings.response_timeout_ms;
+    return options;
+}
+
+}  // namespace
+
+ControllerLink::ControllerLink(const LinkSettings& settings, RegisterMap map, const DriverContext& context)
+    : map_(std::move(map)),
+      reconnect_ms_(settings.reconnect_ms),
+      settings_timeout_ms_(settings.response_timeout_ms),
+      timeout_ms_(settings.response_timeout_ms),
+      where_(settings.endpoint.host + ":" + std::to_string(settings.endpoint.port)),
+      clock_(context.clock),
+      rng_(core::Rng::keyed(context.seed, 1, 0)),
+      executor_(context.executor),
+      turn_(context.executor, asio::steady_timer::time_point::max()),
+      bus_(bus_options(settings, map_)),
+      done_(context.executor, ::dup(bus_.done_fd())) {
+    identity_.kind = Transaction::Kind::read;
+    identity_.read_address = map_.identity.address;
+    identity_.read_count = map_.identity.length;
+    open_.reserve(8);
+}
+
+asio::awaitable<void> ControllerLink::acquire() {
+    while (taken_)
+        co_await turn_.async_wait(as_result);
+    taken_ = true;
+}
+
+void ControllerLink::release() {
+    taken_ = false;
+    turn_.cancel_one();
+}
+
+asio::awaitable<void> ControllerLink::job_done() {
+    std::uint64_t count = 0;
+    co_await done_.async_read_some(asio::buffer(&count, sizeof count), as_result);
+}
+
+asio::awaitable<void> ControllerLink::pause(double ms) {
+    asio::steady_timer timer(executor_);
+    timer.expires_after(
+        std::chrono::duration_cast<asio::steady_timer::duration>(std::chrono::duration<double, std::milli>(ms)));
+    co_await timer.async_wait(as_result);
+}
+
+asio::awaitable<core::Result<Capabilities>> ControllerLink::open() {
+    co_await acquire();
+    opened_ = false;
+    bus_.connect();
+    co_await job_done();
+    core::Result<Capabilities> found = core::fail(core::ErrorCode::transport_connect, bus_.connect_error());
+    if (bus_.connected()) found = co_await read_identity();
+    if (found) {
+        opened_ = true;
+        boot_id_ = found->boot_id;
+        // Two replies may get lost and the link be renewed before the controller's watchdog stops the machine.
+        timeout_ms_ =
+            std::min(settings_timeout_ms_, found->watchdog_ms > 0.0 ? found->watchdog_ms / 3.0 : settings_timeout_ms_);
+    }
+    release();
+    co_return found;
+}
+
+/// The bus is ours and connected.
+asio::awaitable<core::Result<Capabilities>> ControllerLink::read_identity() {
+    bus_.run(identity_batch_, settings_timeout_ms_);
+    co_await job_done();
+    switch (identity_.outcome) {
+        case Outcome::ok:
+            last_answer_ms_ = now_ms();
+            break;
+        case Outcome::exception:
+            co_return core::fail(core::ErrorCode::protocol_mismatch,
+                                 where_ + " has no identity registers (exception " +
+                                     std::to_string(identity_.exception) +
+                                     "): it is no controller of the register map \"" + map_.name + "\"");
+        case Outcome::timeout:
+            co_return core::fail(core::ErrorCode::transport_timeout,
+                                 where_ + " accepts the connection but does not answer");
+        case Outcome::invalid:
+            co_return core::fail(core::ErrorCode::protocol_invalid,
+                                 where_ + " answers with something else than Modbus");
+        default:
+            co_return core::fail(core::ErrorCode::transport_closed, where_ + " closed the connection");
+    }
+    auto found = decode_identity(map_, identity_.reply());
+    if (!found) found.error().with_context("at " + where_);
+    co_return found;
+}
+
+asio::awaitable<core::Status> ControllerLink::reopen() {
+    bus_.connect();
+    co_await job_done();
+    if (!bus_.connected()) co_return core::fail(core::ErrorCode::transport_connect, bus_.connect_error());
+    bus_.count([](LinkStats& stats) { ++stats.reconnects; });
+    const auto found = co_await read_identity();
+    if (!found) co_return tl::unexpected(found.error());
+    if (found->boot_id == boot_id_) co_return core::Status{};
+    opened_ = false;
+    co_return core::fail(core::ErrorCode::machine_fault, "the controller at " + where_ + " was restarted (boot id " +
+                                                             std::to_string(boot_id_) + ", now " +
+                                                             std::to_string(found->boot_id) +
+                                                             "): samples it had not yet delivered are lost");
+}
+
+asio::awaitable<core::Status> ControllerLink::attempt() {
+    if (!bus_.connected() || timeouts_in_row_ >= 2) {
+        timeouts_in_row_ = 0;
+        auto reopened = co_await reopen();
+        if (!reopened) co_return reopened;
+    }
+    for (Transaction* transaction : open_) {
+        // Repeated or not, each exchange must look alive to the controller.
+        if (transaction->kind == Transaction::Kind::exchange)
+            transaction->written[map_.exchange.watchdog] = ++watchdog_;
+    }
+    bus_.run(open_, timeout_ms_);
+    co_await job_done();
+    co_return judge();
+}
+
+/// Takes the answered transactions off the list; the first that failed says why.
+core::Status ControllerLink::judge() {
+    core::Status status;
+    std::size_t answered = 0;
+    for (; answered < open_.size(); ++answered) {
+        const Transaction& transaction = *open_[answered];
+        if (transaction.outcome == Outcome::ok && transaction.check != nullptr) {
+            status = transaction.check(map_, transaction.reply());
+            if (!status) {
+                bus_.count([](LinkStats& stats) { ++stats.invalid; });
+                break;
+            }
+        }
+        if (transaction.outcome != Outcome::ok && transaction.outcome != Outcome::exception) break;
+    }
+    if (answered > 0) {
+        last_answer_ms_ = now_ms();
+        timeouts_in_row_ = 0;
+    }
+    if (!status || answered == open_.size()) {
+        open_.erase(open_.begin(), open_.begin() + static_cast<std::ptrdiff_t>(answered));
+        return status;
+    }
+    const Outcome outcome = open_[answered]->outcome;
+    open_.erase(open_.begin(), open_.begin() + static_cast<std::ptrdiff_t>(answered));
+    if (outcome == Outcome::timeout) {
+        ++timeouts_in_row_;
+        return core::fail(core::ErrorCode::transport_timeout,
+                          where_ + " did not answer within " + std::to_string(static_cast<int>(timeout_ms_)) + " ms");
+    }
+    if (outcome == Outcome::invalid) {
+        return core::fail(core::ErrorCode::protocol_invalid, where_ + " sent a reply that does not fit the request");
+    }
+    return core::fail(core::ErrorCode::transport_closed, "the connection to " + where_ + " broke");
+}
+
+asio::awaitable<core::Status> ControllerLink::transact(std::span<Transaction* const> batch) {
+    co_await acquire();
+    core::Status status;
+    if (!opened_) {
+        status = core::fail(core::ErrorCode::transport_closed, "not connected to " + where_);
+        release();
+        co_return status;
+    }
+    open_.assign(batch.begin(), batch.end());
+    double give_up_ms = 0.0;
+    double backoff_ms = first_backoff_ms;
+    for (;;) {
+        status = co_await attempt();
+        if (status || !core::retryable(status.error().code)) break;
+        const double now = now_ms();
+        if (give_up_ms == 0.0) give_up_ms = now + reconnect_ms_;
+        if (now >= give_up_ms) break;
+        bus_.count([](LinkStats& stats) { ++stats.retries; });
+        co_await pause(backoff_ms * rng_.uniform(0.5, 1.0));
+        backoff_ms = std::min(2.0 * backoff_ms, longest_backoff_ms);
+    }
+    release();
+    co_return status;
+}
+
+asio::awaitable<core::Status> ControllerLink::transact(Transaction& transaction) {
+    Transaction* const batch[] = {&transaction};
+    co_return co_await transact(batch);
+}
+
+}  // namespace cmm::drivers::modbus

@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/modbus/controller_session.hpp"
+
+#include <algorithm>
+#include <string>
+
+namespace cmm::drivers::modbus {
+namespace {
+
+namespace asio = boost::asio;
+using Outcome = Transaction::Outcome;
+
+constexpr std::uint16_t command_running = 1;
+constexpr std::uint16_t command_failed = 3;
+constexpr double claim_again_ms = 50.0;
+constexpr double stop_patience_ms = 5000.0;       // a machine brakes within a second; afterwards nothing is known
+constexpr double durable_patience_ms = 30'000.0;  // a slow disk, not a dead one
+
+bool is_transport(core::ErrorCode code) {
+    return code == core::ErrorCode::transport_connect || code == core::ErrorCode::transport_timeout ||
+           code == core::ErrorCode::transport_closed;
+}
+
+core::Motion motion_of(const StatusBlock& status) {
+    return status.in_motion() ? core::Motion::may_be_moving : core::Motion::stopped;
+}
+
+Transaction status_request(const RegisterMap& map) {
+    Transaction request;
+    request.kind = Transaction::Kind::read;
+    request.read_address = map.status.address;
+    request.read_count = map.status.length;
+    request.check = &check_status;
+    return request;
+}
+
+core::Error refused_exchange(const Transaction& exchange) {
+    return core::Error{
+        core::ErrorCode::protocol_invalid,
+        "the controller refuses the sample exchange with exception " + std::to_string(exchange.exception),
+        {},
+        core::Motion::not_concerned};
+}
+
+}  // namespace
+
+ControllerSession::ControllerSession(const LinkSettings& settings, RegisterMap map, const DriverContext& context)
+    : link_(settings, std::move(map), context),
+      clock_(context.clock),
+      poll_ms_(settings.poll_ms),
+      owner_(static_cast<std::uint32_t>(core::Rng::keyed(context.seed, 2, 0).below(0xFFFFFFFFU)) + 1U) {
+    const RegisterMap& layout = link_.map();
+    command_.kind = Transaction::Kind::write;
+    command_.write_address = layout.command.address;
+    command_.write_count = layout.command.length;
+    status_ = query_ = status_request(layout);
+    exchange_.kind = Transaction::Kind::exchange;
+    exchange_.write_address = layout.exchange.address;
+    exchange_.write_count = exchange_length;
+    exchange_.read_address = layout.fifo.address;
+    exchange_.read_count = layout.fifo.length;
+    exchange_.check = &check_fifo;
+}
+
+asio::awaitable<void> ControllerSession::pause(double ms) {
+    co_await link_.pause(ms);
+}
+
+asio::awaitable<core::Result<Capabilities>> ControllerSession::open() {
+    begun_ = false;
+    auto found = co_await link_.open();
+    if (found) capabilities_ = *found;
+    co_return found;
+}
+
+asio::awaitable<core::Result<StatusBlock>> ControllerSession::status() {
+    auto answered = co_await link_.transact(query_);
+    if (answered && query_.outcome == Outcome::exception) {
+        answered = core::fail(core::ErrorCode::protocol_mismatch,
+                              "the status registers are refused with exception " + std::to_string(query_.exception));
+    }
+    if (!answered) {
+        const core::Error error = lost(answered.error());
+        co_return tl::unexpected(error);
+    }
+    co_return decode_status(map(), query_.reply());
+}
+
+asio::awaitable<core::Status> ControllerSession::prepare() {
+    if (!begun_) {
+        co_return core::fail(core::ErrorCode::machine_refused, "no run has been begun on this machine",
+                             core::Motion::not_concerned);
+    }
+    const auto present = co_await status();
+    if (!present) co_return tl::unexpected(present.error());
+    if (present->in_motion() || present->command_state == command_running) {
+        co_return core::fail(core::ErrorCode::machine_busy, "another motion is under way", core::Motion::may_be_moving);
+    }
+    command_sequence_ = present->command_sequence;
+    if (present->owner == owner_) co_return core::Status{};
+    co_return co_await claim(0.0);
+}
+
+asio::awaitable<core::Status> ControllerSession::claim(double patience_ms) {
+    const double give_up_ms = link_.now_ms() + patience_ms;
+    const std::array<std::int32_t, 8> none{};
+    for (;;) {
+        const auto taken = co_await give(Opcode::claim, none);
+        if (taken) co_return core::Status{};
+        const bool owned = command_.outcome == Outcome::ok && taken.error().code == core::ErrorCode::machine_refused;
+        if (!owned || link_.now_ms() >= give_up_ms) co_return tl::unexpected(taken.error());
+        co_await pause(claim_again_ms);
+    }
+}
+
+asio::awaitable<core::Result<StatusBlock>> ControllerSession::give(Opcode opcode, std::array<std::int32_t, 8> args) {
+    ++command_sequence_;
+    if (command_sequence_ == 0) ++command_sequence_;  // never used by the protocol
+    CommandBlock block;
+    block.sequence = command_sequence_;
+    block.opcode = opcode;
+    block.owner = owner_;
+    block.args = args;
+    encode(map(), block, command_.to_write());
+    Transaction* const batch[] = {&command_, &status_};
+    const auto answered = co_await link_.transact(batch);
+    if (!answered) {
+        const core::Error error = lost(answered.error());
+        co_return tl::unexpected(error);
+    }
+    const StatusBlock taken = latest_status();
+    core::Error error{core::ErrorCode::protocol_invalid, "", {}, motion_of(taken)};
+    if (command_.outcome == Outcome::exception) {
+        error.message = "the controller refuses the command block with exception " + std::to_string(command_.exception);
+        co_return tl::unexpected(error);
+    }
+    if (taken.command_sequence != block.sequence) {
+        error.code = core::ErrorCode::machine_refused;
+        error.message = "another client gave the machine a command";
+        co_return tl::unexpected(error);
+    }
+    if (const auto failed = failure(taken)) co_return tl::unexpected(*failed);
+    co_return taken;
+}
+
+std::optional<core::Error> ControllerSession::failure(const StatusBlock& status) {
+    if (status.command_state != command_failed) return std::nullopt;
+    core::Error error = error_of_result(status.result);
+    error.motion = motion_of(status);
+    return error;
+}
+
+asio::awaitable<core::Result<StatusBlock>> ControllerSession::finish(StatusBlock status, SampleSink* sink) {
+    begin_motion();
+    while (status.command_state == command_running && is_ours(status)) {
+        co_await pause(poll_ms_);
+        auto block = co_await exchange(sink, nullptr, true);
+        if (!block) {
+            core::Error error = co_await abandon(std::move(block.error()));
+            co_return tl::unexpected(std::move(error));
+        }
+        status = latest_status();
+    }
+    end_motion();
+    if (!is_ours(status)) {
+        co_return core::fail(core::ErrorCode::machine_refused, "another client gave the machine a command",
+                             motion_of(status));
+    }
+    if (const auto failed = failure(status)) co_return tl::unexpected(*failed);
+    co_return status;
+}
+
+asio::awaitable<core::Result<FifoBlock>> ControllerSession::exchange(SampleSink* sink, PathFeed* feed,
+                                                                     bool with_status) {
+    Transaction* window = nullptr;
+    if (feed != nullptr) {
+        auto next = feed->next_window();
+        if (!next) co_return tl::unexpected(next.error());
+        window = *next;
+    }
+    if (sink != nullptr) reader_.durable(sink->durable_sequence());
+    map().put_u32(exchange_.to_write(), map().exchange.ack_seq, reader_.acknowledge());
+    map().put_u32(exchange_.to_write(), map().exchange.from_seq, reader_.next_wanted());
+    std::array<Transaction*, 3> batch{};
+    std::size_t used = 0;
+    if (window != nullptr) batch[used++] = window;
+    batch[used++] = &exchange_;
+    if (with_status) batch[used++] = &status_;
+    const std::span<Transaction* const> wanted(batch.data(), used);
+    auto answered = co_await link_.transact(wanted);
+    if (answered && window != nullptr) answered = feed->settle();
+    if (!answered) co_return tl::unexpected(answered.error());
+    if (exchange_.outcome == Outcome::exception) co_return tl::unexpected(refused_exchange(exchange_));
+    const FifoBlock block = decode_fifo(map(), exchange_.reply());
+    if (sink != nullptr) {
+        auto delivered = deliver(block, *sink);
+        if (!delivered) co_return tl::unexpected(delivered.error());
+    }
+    co_return block;
+}
+
+core::Status ControllerSession::deliver(const FifoBlock& block, SampleSink& sink) {
+    const std::uint64_t duplicates = reader_.duplicates();
+    const auto fresh = reader_.take(map(), exchange_.reply(), block, clock_.now().count());
+    if (!fresh) return tl::unexpected(fresh.error());
+    if (reader_.duplicates() != duplicates) {
+        const std::uint64_t again = reader_.duplicates() - duplicates;
+        link_.bus().count([again](LinkStats& stats) { stats.duplicate_samples += again; });
+    }
+    if (fresh->empty()) return {};
+    return sink.on_samples(*fresh);
+}
+
+asio::awaitable<core::Status> ControllerSession::drain(SampleSink& sink) {
+    for (;;) {
+        const auto block = co_await exchange(&sink, nullptr, false);
+        if (!block) {
+            const core::Error error = lost(block.error());
+            co_return tl::unexpected(error);
+        }
+        if (!block->more() && block->newest < reader_.next_wanted()) co_return core::Status{};
+        if (block->count == 0) {
+            co_return core::fail(
+                core::ErrorCode::protocol_invalid,
+                "the controller holds samples up to " + std::to_string(block->newest) + " but does not send them");
+        }
+    }
+}
+
+asio::awaitable<core::Status> ControllerSession::settle(SampleSink& sink) {
+    auto flushed = sink.flush();
+    if (!flushed) co_return flushed;
+    const double give_up_ms = link_.now_ms() + durable_patience_ms;
+    const std::uint64_t last = reader_.last_delivered();
+    for (;;) {
+        const bool durable = sink.durable_sequence() >= last;
+        const auto block = co_await exchange(&sink, nullptr, false);
+        if (!block) {
+            const core::Error error = lost(block.error());
+            co_return tl::unexpected(error);
+        }
+        if (durable) co_return core::Status{};
+        if (link_.now_ms() >= give_up_ms) {
+            co_return core::fail(core::ErrorCode::journal_io,
+                                 "samples from " + std::to_string(sink.durable_sequence() + 1) + " to " +
+                                     std::to_string(last) + " did not become durable within " +
+                                     std::to_string(static_cast<int>(durable_patience_ms / 1000.0)) + " s");
+        }
+        co_await pause(poll_ms_);
+    }
+}
+
+asio::awaitable<core::Error> ControllerSession::abandon(core::Error error) {
+    if (is_transport(error.code) || !link_.opened()) {
+        core::Error completed = lost(std::move(error));
+        end_motion();
+        co_return completed;
+    }
+    end_motion();
+    error.motion = core::Motion::unknown;
+    link_.bus().stop(StopKind::controlled);
+    const double give_up_ms = link_.now_ms() + stop_patience_ms;
+    while (link_.now_ms() < give_up_ms) {
+        const auto present = co_await status();
+        if (!present) break;
+        error.motion = motion_of(*present);
+        if (!present->in_motion()) break;
+        const auto alive = co_await exchange(nullptr, nullptr, false);
+        if (!alive) break;
+        co_await pause(poll_ms_);
+    }
+    co_return error;
+}
+
+/// After a lost link the machine goes on until its watchdog stops it; whether it did cannot be seen from here.
+core::Error ControllerSession::lost(core::Error error) const {
+    if (error.motion != core::Motion::not_concerned) return error;
+    const bool may_move = moving_ && link_.now_ms() - link_.last_answer_ms() < capabilities_.watchdog_ms;
+    error.motion = may_move ? core::Motion::may_be_moving : core::Motion::unknown;
+    return error;
+}
+
+asio::awaitable<core::Result<RunOrigin>> ControllerSession::begin(std::optional<RunOrigin> resume) {
+    begun_ = false;
+    auto present = co_await status();
+    if (!present) co_return tl::unexpected(present.error());
+    command_sequence_ = present->command_sequence;
+    // The owner before us may have been killed a moment ago: its watchdog must run out first.
+    const auto claimed = co_await claim(2.0 * capabilities_.watchdog_ms + 1000.0);
+    if (!claimed) co_return tl::unexpected(claimed.error());
+    present = co_await status();
+    if (!present) co_return tl::unexpected(present.error());
+    auto origin = take_up(*present, resume);
+    if (!origin) co_return origin;
+    const auto block = co_await exchange(nullptr, nullptr, false);
+    if (!block) {
+        const core::Error error = lost(block.error());
+        co_return tl::unexpected(error);
+    }
+    begun_ = true;
+    co_return origin;
+}
+
+core::Result<RunOrigin> ControllerSession::take_up(const StatusBlock& status, const std::optional<RunOrigin>& resume) {
+    RunOrigin origin = resume.value_or(RunOrigin{});
+    const bool same_start = resume && resume->boot_id == capabilities_.boot_id;
+    if (!same_start) {
+        origin.boot_id = capabilities_.boot_id;
+        origin.sequence_shift = static_cast<std::int64_t>(origin.last_sequence) - std::int64_t{status.newest};
+        reader_.begin(origin, status.newest);
+        return origin;
+    }
+    const std::int64_t last = static_cast<std::int64_t>(origin.last_sequence) - origin.sequence_shift;
+    if (last < std::int64_t{status.acknowledged} || last > std::int64_t{status.newest}) {
+        return core::fail(core::ErrorCode::protocol_mismatch,
+                          "the run cannot be resumed: it ends with the controller's sample " + std::to_string(last) +
+                              ", the controller holds " + std::to_string(std::int64_t{status.acknowledged} + 1) +
+                              " to " + std::to_string(status.newest) + " (another run came between)",
+                          motion_of(status));
+    }
+    reader_.begin(origin, status.acknowledged);
+    return origin;
+}
+
+asio::awaitable<core::Status> ControllerSession::release() {
+    const std::array<std::int32_t, 8> none{};
+    const auto released = co_await give(Opcode::release, none);
+    begun_ = false;
+    if (!released) co_return tl::unexpected(released.error());
+    co_return core::Status{};
+}
+
+}  // namespace cmm::drivers::modbus

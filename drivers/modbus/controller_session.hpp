@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <boost/asio/awaitable.hpp>
+#include <optional>
+
+#include "drivers/modbus/controller_link.hpp"
+#include "drivers/modbus/path_feed.hpp"
+#include "drivers/modbus/sample_reader.hpp"
+
+namespace cmm::drivers::modbus {
+
+/// The protocol's conversations with one controller: ownership, commands and their fate, samples and their
+/// acknowledgement. What a motion consists of is the machine's business. Used on one executor, by one operation at a
+/// time but for status(). Errors carry what is known about the motion.
+class ControllerSession {
+  public:
+    ControllerSession(const LinkSettings& settings, RegisterMap map, const DriverContext& context);
+
+    boost::asio::awaitable<core::Result<Capabilities>> open();
+    boost::asio::awaitable<core::Result<RunOrigin>> begin(std::optional<RunOrigin> resume);
+    boost::asio::awaitable<core::Status> release();
+
+    boost::asio::awaitable<core::Result<StatusBlock>> status();
+    /// Ready for a command: connected, run begun, nothing moving, ours.
+    boost::asio::awaitable<core::Status> prepare();
+    /// Gives a command (after prepare()) and returns the status that shows it taken. Errors: the controller's refusal.
+    boost::asio::awaitable<core::Result<StatusBlock>> give(Opcode opcode, std::array<std::int32_t, 8> args);
+    /// Keeps the exchange going until the command given last has ended; samples go to the sink, if there is one.
+    boost::asio::awaitable<core::Result<StatusBlock>> finish(StatusBlock status, SampleSink* sink);
+    /// One FIFO exchange, a path window before it and a status after it when wanted; new samples go to the sink.
+    boost::asio::awaitable<core::Result<FifoBlock>> exchange(SampleSink* sink, PathFeed* feed, bool with_status);
+    /// Between these the machine moves by our command (for the Error::motion of a lost link).
+    void begin_motion() noexcept { moving_ = true; }
+    void end_motion() noexcept { moving_ = false; }
+    /// Whether the command given last is the one the status tells of.
+    bool is_ours(const StatusBlock& status) const noexcept { return status.command_sequence == command_sequence_; }
+    /// The status of the last exchange that had one.
+    StatusBlock latest_status() const { return decode_status(link_.map(), status_.reply()); }
+    /// Delivers everything the controller holds.
+    boost::asio::awaitable<core::Status> drain(SampleSink& sink);
+    /// Waits until everything delivered is durable and acknowledged.
+    boost::asio::awaitable<core::Status> settle(SampleSink& sink);
+    /// After an error in a motion: stops the machine if it can be reached, and completes the error.
+    boost::asio::awaitable<core::Error> abandon(core::Error error);
+    /// The failure of a command that has ended, or nothing.
+    static std::optional<core::Error> failure(const StatusBlock& status);
+
+    boost::asio::awaitable<void> pause(double ms);
+    const Capabilities& capabilities() const noexcept { return capabilities_; }
+    const SampleReader& reader() const noexcept { return reader_; }
+    std::uint32_t owner() const noexcept { return owner_; }
+    const RegisterMap& map() const noexcept { return link_.map(); }
+    ControllerLink& link() noexcept { return link_; }
+    const ControllerLink& link() const noexcept { return link_; }
+    double poll_ms() const noexcept { return poll_ms_; }
+
+  private:
+    boost::asio::awaitable<core::Status> claim(double patience_ms);
+    core::Status deliver(const FifoBlock& block, SampleSink& sink);
+    core::Error lost(core::Error error) const;
+    core::Result<RunOrigin> take_up(const StatusBlock& status, const std::optional<RunOrigin>& resume);
+
+    ControllerLink link_;
+    const core::Clock& clock_;
+    double poll_ms_;
+    std::uint32_t owner_;
+    std::uint16_t command_sequence_ = 0;
+    bool begun_ = false;
+    bool moving_ = false;  // a motion command of ours is under way
+    Capabilities capabilities_;
+    SampleReader reader_;
+    Transaction command_, status_, query_, exchange_;
+};
+
+}  // namespace cmm::drivers::modbus

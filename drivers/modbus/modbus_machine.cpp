@@ -1,0 +1,329 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/modbus/modbus_machine.hpp"
+
+#include <algorithm>
+#include <boost/asio/use_awaitable.hpp>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "drivers/modbus/controller_session.hpp"
+
+namespace cmm::drivers::modbus {
+namespace {
+
+namespace asio = boost::asio;
+using Args = std::array<std::int32_t, 8>;
+
+constexpr std::uint16_t command_running = 1;
+constexpr std::uint32_t points_before_scan = 256;  // a quarter of a second at 1 kHz: the link may hiccup at the start
+constexpr double status_every_ms = 20.0;
+constexpr double shortest_pause_ms =
+    0.2;  // while a path is being invented, its next points depend on the newest samples
+
+/// Held by an operation; the next one is refused.
+class Occupied {
+  public:
+    explicit Occupied(bool& flag) : flag_(flag) { flag_ = true; }
+    ~Occupied() { flag_ = false; }
+    Occupied(const Occupied&) = delete;
+    Occupied& operator=(const Occupied&) = delete;
+
+  private:
+    bool& flag_;
+};
+
+core::Error busy_error() {
+    return core::Error{core::ErrorCode::machine_busy,
+                       "another operation of this machine is under way",
+                       {},
+                       core::Motion::may_be_moving};
+}
+
+core::Status refuse(std::string why) {
+    return core::fail(core::ErrorCode::machine_refused, std::move(why), core::Motion::stopped);
+}
+
+}  // namespace
+
+/// A thin layer: what each operation consists of. The conversations are the session's.
+class ModbusMachine final : public Machine {
+  public:
+    ModbusMachine(const LinkSettings& settings, RegisterMap map, const DriverContext& context)
+        : session_(settings, std::move(map), context) {}
+
+    asio::awaitable<core::Result<Capabilities>> connect() override;
+    asio::awaitable<core::Result<RunOrigin>> begin_run(std::optional<RunOrigin> resume) override;
+    asio::awaitable<core::Status> end_run() override;
+    asio::awaitable<core::Status> home() override;
+    asio::awaitable<core::Status> qualify(double ball_radius_mm) override;
+    asio::awaitable<core::Status> move(Eigen::Vector3d centre_mm, double speed_mm_s) override;
+    asio::awaitable<core::Result<Eigen::Vector3d>> touch(Eigen::Vector3d target_mm, double speed_mm_s,
+                                                         double retract_mm, SampleSink& sink) override;
+    asio::awaitable<core::Result<ScanResult>> scan(ScanPath path, PathSource& source, SampleSink& sink) override;
+    asio::awaitable<core::Result<std::uint64_t>> drain(SampleSink& sink) override;
+    asio::awaitable<core::Result<MachineStatus>> state() override;
+    asio::awaitable<core::Status> clear_fault(bool emergency_released) override;
+    void stop(StopKind kind) noexcept override { session_.link().bus().stop(kind); }
+    LinkStats link_stats() const override { return session_.link().bus().stats(); }
+    void set_trace(std::function<void(std::string_view)> line) override {
+        session_.link().bus().set_trace(std::move(line));
+    }
+
+  private:
+    /// Prepares, gives the command and waits for its end.
+    asio::awaitable<core::Result<StatusBlock>> command(Opcode opcode, Args args, SampleSink* sink);
+    asio::awaitable<core::Status> simple_command(Opcode opcode, Args args);
+    asio::awaitable<core::Status> send_first_points(PathFeed& feed);
+    asio::awaitable<core::Result<StatusBlock>> begin_scan(const ScanPath& path, PathFeed& feed);
+    asio::awaitable<core::Result<StatusBlock>> follow_path(StatusBlock status, PathFeed& feed, SampleSink& sink);
+    asio::awaitable<core::Status> collect(SampleSink& sink);
+    core::Status check_target(const Eigen::Vector3d& centre_mm, double speed_mm_s) const;
+    std::int32_t counts(double mm) const { return core::counts_from_mm(mm, session_.capabilities().lsb_mm); }
+
+    ControllerSession session_;
+    bool occupied_ = false;
+};
+
+asio::awaitable<core::Result<Capabilities>> ModbusMachine::connect() {
+    if (occupied_) co_return tl::unexpected(busy_error());
+    const Occupied occupied(occupied_);
+    co_return co_await session_.open();
+}
+
+asio::awaitable<core::Result<RunOrigin>> ModbusMachine::begin_run(std::optional<RunOrigin> resume) {
+    if (occupied_) co_return tl::unexpected(busy_error());
+    const Occupied occupied(occupied_);
+    co_return co_await session_.begin(resume);
+}
+
+asio::awaitable<core::Status> ModbusMachine::end_run() {
+    if (occupied_) co_return tl::unexpected(busy_error());
+    const Occupied occupied(occupied_);
+    const auto ready = co_await session_.prepare();
+    if (!ready) co_return ready;
+    co_return co_await session_.release();
+}
+
+asio::awaitable<core::Result<StatusBlock>> ModbusMachine::command(Opcode opcode, Args args, SampleSink* sink) {
+    const auto ready = co_await session_.prepare();
+    if (!ready) co_return tl::unexpected(ready.error());
+    const auto given = co_await session_.give(opcode, args);
+    if (!given) co_return given;
+    co_return co_await session_.finish(*given, sink);
+}
+
+asio::awaitable<core::Status> ModbusMachine::simple_command(Opcode opcode, Args args) {
+    if (occupied_) co_return tl::unexpected(busy_error());
+    const Occupied occupied(occupied_);
+    const auto done = co_await command(opcode, args, nullptr);
+    if (!done) co_return tl::unexpected(done.error());
+    co_return core::Status{};
+}
+
+asio::awaitable<core::Status> ModbusMachine::home() {
+    const Args none{};
+    co_return co_await simple_command(Opcode::home, none);
+}
+
+asio::awaitable<core::Status> ModbusMachine::qualify(double ball_radius_mm) {
+    if (!(ball_radius_mm > 0.0 && ball_radius_mm < 100.0)) {
+        co_return refuse("a ball radius of " + core::fixed(ball_radius_mm, 4) + " mm cannot be qualified");
+    }
+    const Args args{counts(ball_radius_mm)};
+    co_return co_await simple_command(Opcode::qualify, args);
+}
+
+core::Status ModbusMachine::check_target(const Eigen::Vector3d& centre_mm, double speed_mm_s) const {
+    const Capabilities& machine = session_.capabilities();
+    constexpr std::array names{"x", "y", "z"};
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        const double value = centre_mm[axis];
+        if (value >= machine.limit_min_mm[axis] && value <= machine.limit_max_mm[axis]) continue;
+        return refuse("target " + std::string(names[static_cast<std::size_t>(axis)]) + " = " + core::fixed(value, 3) +
+                      " mm lies outside the travel limits " + core::fixed(machine.limit_min_mm[axis], 3) + " to " +
+                      core::fixed(machine.limit_max_mm[axis], 3) + " mm");
+    }
+    if (speed_mm_s > 0.0 && speed_mm_s <= machine.max_speed_mm_s) return {};
+    return refuse("a speed of " + core::fixed(speed_mm_s, 3) + " mm/s is not within 0 to " +
+                  core::fixed(machine.max_speed_mm_s, 3) + " mm/s");
+}
+
+asio::awaitable<core::Status> ModbusMachine::move(Eigen::Vector3d centre_mm, double speed_mm_s) {
+    if (auto fits = check_target(centre_mm, speed_mm_s); !fits) co_return fits;
+    const Args args{counts(centre_mm.x()), counts(centre_mm.y()), counts(centre_mm.z()),
+                    static_cast<std::int32_t>(core::um_from_mm(speed_mm_s))};
+    co_return co_await simple_command(Opcode::move, args);
+}
+
+asio::awaitable<core::Result<Eigen::Vector3d>> ModbusMachine::touch(Eigen::Vector3d target_mm, double speed_mm_s,
+                                                                    double retract_mm, SampleSink& sink) {
+    if (occupied_) co_return tl::unexpected(busy_error());
+    const Occupied occupied(occupied_);
+    if (auto fits = check_target(target_mm, speed_mm_s); !fits) co_return tl::unexpected(fits.error());
+    const Args args{counts(target_mm.x()), counts(target_mm.y()), counts(target_mm.z()),
+                    static_cast<std::int32_t>(core::um_from_mm(speed_mm_s)), counts(retract_mm)};
+    const auto done = co_await command(Opcode::touch, args, &sink);
+    if (!done) co_return tl::unexpected(done.error());
+    const auto delivered = co_await session_.drain(sink);
+    if (!delivered) co_return tl::unexpected(delivered.error());
+    const double lsb_mm = session_.capabilities().lsb_mm;
+    co_return Eigen::Vector3d(done->values[0] * lsb_mm, done->values[1] * lsb_mm, done->values[2] * lsb_mm);
+}
+
+asio::awaitable<core::Result<ScanResult>> ModbusMachine::scan(ScanPath path, PathSource& source, SampleSink& sink) {
+    if (occupied_) co_return tl::unexpected(busy_error());
+    const Occupied occupied(occupied_);
+    if (path.id == 0) {
+        const auto refused = refuse("path id 0 is not used");
+        co_return tl::unexpected(refused.error());
+    }
+    PathFeed feed(session_.map(), session_.capabilities(), path.id, source);
+    const std::uint64_t before = session_.reader().last_delivered();
+    const auto begun = co_await begin_scan(path, feed);
+    if (!begun) co_return tl::unexpected(begun.error());
+    const auto ended = co_await follow_path(*begun, feed, sink);
+    if (!ended) co_return tl::unexpected(ended.error());
+    // Also after a fault of the controller its samples are worth having; the fault is reported first.
+    const auto collected = co_await collect(sink);
+    if (const auto failed = ControllerSession::failure(*ended)) co_return tl::unexpected(*failed);
+    if (!collected) co_return tl::unexpected(collected.error());
+    ScanResult result;
+    result.points_passed = ended->path_passed;
+    result.last_sequence = session_.reader().last_delivered();
+    if (result.last_sequence > before) result.first_sequence = before + 1;
+    co_return result;
+}
+
+asio::awaitable<core::Result<StatusBlock>> ModbusMachine::begin_scan(const ScanPath& path, PathFeed& feed) {
+    const auto ready = co_await session_.prepare();
+    if (!ready) co_return tl::unexpected(ready.error());
+    const Args begin{path.id};
+    const auto room = co_await session_.give(Opcode::path_begin, begin);
+    if (!room) co_return room;
+    const auto sent = co_await send_first_points(feed);
+    if (!sent) co_return tl::unexpected(sent.error());
+    const Args args{path.id, counts(path.approach_mm), counts(path.search_mm), counts(path.retract_mm)};
+    co_return co_await session_.give(Opcode::scan, args);
+}
+
+asio::awaitable<core::Status> ModbusMachine::send_first_points(PathFeed& feed) {
+    while (feed.taken() < points_before_scan) {
+        const auto window = feed.next_window();
+        core::Status sent;
+        if (!window) sent = tl::unexpected(window.error());
+        if (!sent || *window == nullptr) {
+            if (sent && feed.taken() == 0)
+                sent = core::fail(core::ErrorCode::plan_invalid, "the path has no first point");
+            if (!sent) sent.error().motion = core::Motion::stopped;
+            co_return sent;
+        }
+        sent = co_await session_.link().transact(**window);
+        if (sent) sent = feed.settle();
+        if (!sent) {
+            if (sent.error().motion == core::Motion::not_concerned) sent.error().motion = core::Motion::stopped;
+            co_return sent;
+        }
+    }
+    co_return core::Status{};
+}
+
+/// The pump of a scan: windows out, samples in, and the watchdog fed, until the controller has ended the command.
+asio::awaitable<core::Result<StatusBlock>> ModbusMachine::follow_path(StatusBlock status, PathFeed& feed,
+                                                                      SampleSink& sink) {
+    session_.begin_motion();
+    const std::uint32_t newest_before = status.newest;
+    double status_due_ms = session_.link().now_ms();
+    double pause_ms = shortest_pause_ms;
+    bool ask_status = true;
+    while (session_.is_ours(status) && status.command_state == command_running) {
+        const double now_ms = session_.link().now_ms();
+        ask_status = ask_status || now_ms >= status_due_ms;
+        if (ask_status) status_due_ms = now_ms + status_every_ms;
+        const std::uint32_t taken = feed.taken();
+        auto block = co_await session_.exchange(&sink, &feed, ask_status);
+        if (!block) {
+            core::Error error = co_await session_.abandon(std::move(block.error()));
+            co_return tl::unexpected(std::move(error));
+        }
+        if (ask_status) {
+            status = session_.latest_status();
+            feed.passed(status.path_passed);
+        }
+        // Every sample is a point passed: known sooner than from the status.
+        if (block->newest > newest_before) feed.passed(block->newest - newest_before);
+        const bool scanning = block->state == static_cast<std::uint16_t>(MachineState::scanning) ||
+                              block->state == static_cast<std::uint16_t>(MachineState::starved);
+        ask_status = !scanning || block->path_ended();
+        if (block->more() || feed.taken() != taken) {
+            pause_ms = shortest_pause_ms;
+            continue;
+        }
+        pause_ms = block->count > 0 ? shortest_pause_ms : std::min(2.0 * pause_ms, session_.poll_ms());
+        const double wait_ms = feed.complete() ? session_.poll_ms() : pause_ms;
+        co_await session_.pause(wait_ms);
+    }
+    session_.end_motion();
+    if (session_.is_ours(status)) co_return status;
+    co_return core::fail(core::ErrorCode::machine_refused, "another client gave the machine a command",
+                         core::Motion::may_be_moving);
+}
+
+asio::awaitable<core::Status> ModbusMachine::collect(SampleSink& sink) {
+    const auto drained = co_await session_.drain(sink);
+    if (!drained) co_return drained;
+    co_return co_await session_.settle(sink);
+}
+
+asio::awaitable<core::Result<std::uint64_t>> ModbusMachine::drain(SampleSink& sink) {
+    if (occupied_) co_return tl::unexpected(busy_error());
+    const Occupied occupied(occupied_);
+    const auto ready = co_await session_.prepare();
+    if (!ready) co_return tl::unexpected(ready.error());
+    const auto collected = co_await collect(sink);
+    if (!collected) co_return tl::unexpected(collected.error());
+    co_return session_.reader().last_delivered();
+}
+
+asio::awaitable<core::Result<MachineStatus>> ModbusMachine::state() {
+    const auto block = co_await session_.status();
+    if (!block) co_return tl::unexpected(block.error());
+    const double lsb_mm = session_.capabilities().lsb_mm;
+    MachineStatus status;
+    status.state = static_cast<MachineState>(block->state);
+    status.homed = block->homed();
+    status.qualified = block->qualified();
+    status.in_contact = block->in_contact();
+    status.in_motion = block->in_motion();
+    status.owned = block->owner != 0;
+    status.owned_by_us = block->owner == session_.owner();
+    if (block->fault != 0) status.fault = error_of_result(block->fault).message;
+    status.position_mm = Eigen::Vector3d(block->position[0], block->position[1], block->position[2]) * lsb_mm;
+    status.path = block->path;
+    status.path_received = block->path_received;
+    status.path_passed = block->path_passed;
+    status.newest_sequence = session_.reader().run_sequence(block->newest);
+    status.acknowledged_sequence = session_.reader().run_sequence(block->acknowledged);
+    status.fifo_level = block->fifo_level;
+    status.machine_time_us = block->time_us;
+    co_return status;
+}
+
+asio::awaitable<core::Status> ModbusMachine::clear_fault(bool emergency_released) {
+    const Args args{emergency_released ? 1 : 0};
+    co_return co_await simple_command(Opcode::clear_fault, args);
+}
+
+core::Result<std::unique_ptr<Machine>> make_modbus_machine(const LinkSettings& settings, const DriverContext& context) {
+    RegisterMap map;
+    if (!settings.map_file.empty()) {
+        auto loaded = RegisterMap::load(settings.map_file);
+        if (!loaded) return tl::unexpected(loaded.error());
+        map = std::move(*loaded);
+    }
+    return std::make_unique<ModbusMachine>(settings, std::move(map), context);
+}
+
+}  // namespace cmm::drivers::modbus

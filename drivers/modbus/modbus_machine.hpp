@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "drivers/machine.hpp"
+#include "drivers/registry.hpp"
+
+namespace cmm::drivers::modbus {
+
+/// Makes a machine behind `modbus+tcp://` (docs/protocol-modbus.md) without connecting.
+/// Errors: those of the register map file.
+core::Result<std::unique_ptr<Machine>> make_modbus_machine(const LinkSettings& settings, const DriverContext& context);
+
+}  // namespace cmm::drivers::modbus

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "drivers/machine.hpp"
+#include "drivers/modbus/frame.hpp"
+
+namespace cmm::drivers::modbus {
+
+/// Cuts a path into windows and keeps account of what the controller has taken, so that it is always fed but never
+/// overfed. A window that was refused as busy, or whose reply was lost, is offered again unchanged. No I/O; not
+/// thread-safe.
+class PathFeed {
+  public:
+    PathFeed(const RegisterMap& map, const Capabilities& machine, std::uint16_t path, PathSource& source);
+
+    /// The next window as a transaction, or null when there is nothing to send now. Ask again only after settle().
+    /// Errors: plan_invalid (a point that does not fit the registers).
+    core::Result<Transaction*> next_window();
+    /// Reads the outcome of the window sent last. Errors: protocol_invalid (refused for another reason than busy).
+    core::Status settle();
+    /// At least so many points lie behind the probe.
+    void passed(std::uint32_t points) noexcept;
+
+    std::uint32_t taken() const noexcept { return taken_; }
+    /// Every point is with the controller.
+    bool complete() const noexcept { return ended_ && pending_ == 0; }
+    /// The source has more to say, or windows wait for room.
+    bool refused() const noexcept { return refused_; }
+
+  private:
+    core::Status fill();
+    core::Status add_end_mark();
+
+    const RegisterMap& map_;
+    double lsb_mm_;
+    std::size_t capacity_;
+    std::uint16_t path_;
+    PathSource& source_;
+    std::vector<PathPoint> window_;
+    std::size_t pending_ = 0;  // points in the window, not yet taken
+    bool ended_ = false;       // the window (or one before it) holds the last point
+    bool refused_ = false;     // busy since the last progress
+    std::uint32_t taken_ = 0;
+    std::uint32_t passed_ = 0;
+    PathPoint last_point_;  // of the source, for an end that it notices late
+    Transaction transaction_;
+};
+
+}  // namespace cmm::drivers::modbus

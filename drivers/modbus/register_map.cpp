@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/modbus/register_map.hpp"
+
+#include "core/config.hpp"
+
+namespace cmm::drivers::modbus {
+namespace {
+
+/// Reads one block of the map: every key is required, every field must lie inside the block.
+class BlockReader {
+  public:
+    BlockReader(const core::ConfigTable& root, std::string_view name) : table_(root.table(name)), length_(max_read) {}
+
+    BlockReader& address(std::uint16_t& target) { return number("address", target, 0xFFFF); }
+    BlockReader& length(std::uint16_t& target, std::size_t least, std::size_t most) {
+        number("length", target, most);
+        if (target < least) table_.complain("length", "must be at least " + std::to_string(least));
+        length_ = target;
+        return *this;
+    }
+    /// For blocks whose length is not a key of the file.
+    BlockReader& fixed_length(std::size_t registers) {
+        length_ = registers;
+        return *this;
+    }
+    BlockReader& field(std::string_view key, std::uint16_t& target, std::size_t registers = 1) {
+        number(key, target, 0xFFFF);
+        if (target + registers > length_) {
+            table_.complain(key, "reaches beyond the block's " + std::to_string(length_) + " registers");
+        }
+        return *this;
+    }
+    BlockReader& number(std::string_view key, std::uint16_t& target, std::size_t most, std::size_t least = 0) {
+        const core::Bounds bounds{static_cast<double>(least), static_cast<double>(most)};
+        target = static_cast<std::uint16_t>(table_.required_integer(key, bounds));
+        return *this;
+    }
+
+  private:
+    core::ConfigTable table_;
+    std::size_t length_;
+};
+
+void read_identity(const core::ConfigTable& root, RegisterMap::Identity& at) {
+    BlockReader(root, "identity")
+        .address(at.address)
+        .length(at.length, 1, max_read)
+        .field("magic", at.magic, 2)
+        .field("map_version", at.map_version)
+        .field("firmware", at.firmware)
+        .field("model", at.model, 8)
+        .field("serial", at.serial, 8)
+        .field("lsb_nm", at.lsb_nm)
+        .field("sample_rate_hz", at.sample_rate_hz)
+        .field("fifo_depth", at.fifo_depth)
+        .field("path_capacity", at.path_capacity)
+        .field("path_window", at.path_window)
+        .field("watchdog_ms", at.watchdog_ms)
+        .field("capabilities", at.capabilities)
+        .field("deflection_lsb_um", at.deflection_lsb_um)
+        .field("limit_min", at.limit_min, 6)
+        .field("limit_max", at.limit_max, 6)
+        .field("max_speed_um_s", at.max_speed_um_s, 2)
+        .field("max_accel_um_s2", at.max_accel_um_s2, 2)
+        .field("boot_id", at.boot_id)
+        .field("crc", at.crc);
+}
+
+void read_status(const core::ConfigTable& root, RegisterMap::Status& at) {
+    BlockReader(root, "status")
+        .address(at.address)
+        .length(at.length, 1, max_read)
+        .field("state", at.state)
+        .field("heartbeat", at.heartbeat)
+        .field("flags", at.flags)
+        .field("fault", at.fault)
+        .field("command_seq", at.command_seq)
+        .field("command_state", at.command_state)
+        .field("result", at.result)
+        .field("values", at.values, 8)
+        .field("active_path", at.active_path)
+        .field("path_recorded", at.path_recorded, 2)
+        .field("path_received", at.path_received, 2)
+        .field("newest_seq", at.newest_seq, 2)
+        .field("acked_seq", at.acked_seq, 2)
+        .field("position", at.position, 6)
+        .field("fifo_level", at.fifo_level)
+        .field("time_us", at.time_us, 3)
+        .field("owner", at.owner, 2)
+        .field("crc", at.crc);
+}
+
+void read_written_blocks(const core::ConfigTable& root, RegisterMap& map) {
+    BlockReader(root, "command")
+        .address(map.command.address)
+        .length(map.command.length, 1, max_write)
+        .field("seq", map.command.seq)
+        .field("opcode", map.command.opcode)
+        .field("owner", map.command.owner, 2)
+        .field("args", map.command.args, 16)
+        .field("crc", map.command.crc);
+    BlockReader(root, "stop").address(map.stop.address);
+    BlockReader path(root, "path");
+    path.address(map.path.address).number("header", map.path.header, 32, 1);
+    path.fixed_length(map.path.header)
+        .field("path", map.path.path)
+        .field("first_index", map.path.first_index, 2)
+        .field("count", map.path.count)
+        .field("crc", map.path.crc)
+        .field("reserved", map.path.reserved)
+        .number("point_length", map.path.point_length, max_write - 32, 11);
+    BlockReader(root, "exchange")
+        .fixed_length(exchange_length)
+        .address(map.exchange.address)
+        .field("watchdog", map.exchange.watchdog)
+        .field("ack_seq", map.exchange.ack_seq, 2)
+        .field("from_seq", map.exchange.from_seq, 2);
+}
+
+void read_fifo(const core::ConfigTable& root, RegisterMap::Fifo& at) {
+    BlockReader(root, "fifo")
+        .address(at.address)
+        .length(at.length, 1, max_read)
+        .field("state", at.state)
+        .field("heartbeat", at.heartbeat)
+        .field("path", at.path)
+        .field("first_seq", at.first_seq, 2)
+        .field("newest_seq", at.newest_seq, 2)
+        .field("count", at.count)
+        .field("flags", at.flags)
+        .field("time_us", at.time_us, 3)
+        .field("crc", at.crc)
+        .field("points", at.points)
+        .number("point_length", at.point_length, max_read, 8);
+}
+
+}  // namespace
+
+std::uint16_t crc16(std::span<const std::uint16_t> registers, std::size_t skip) noexcept {
+    static constexpr auto table = [] {
+        std::array<std::uint16_t, 256> entries{};
+        for (std::uint16_t k = 0; k < 256; ++k) {
+            std::uint16_t value = k;
+            for (int bit = 0; bit < 8; ++bit) {
+                value = static_cast<std::uint16_t>((value & 1U) != 0 ? (value >> 1U) ^ 0xA001U : value >> 1U);
+            }
+            entries[k] = value;
+        }
+        return entries;
+    }();
+    std::uint16_t crc = 0xFFFF;
+    const auto feed = [&crc](unsigned byte) {
+        crc = static_cast<std::uint16_t>((crc >> 8U) ^ table[(crc ^ byte) & 0xFFU]);
+    };
+    for (std::size_t k = 0; k < registers.size(); ++k) {
+        if (k == skip) continue;
+        feed(registers[k] >> 8U);
+        feed(registers[k] & 0xFFU);
+    }
+    return crc;
+}
+
+core::Result<RegisterMap> RegisterMap::load(const std::string& file) {
+    const auto root = core::ConfigTable::load(file);
+    if (!root) return tl::unexpected(root.error());
+    RegisterMap map;
+    const auto header = root->table("map");
+    map.name = header.required_text("name");
+    map.version = static_cast<std::uint16_t>(header.required_integer("version", {1, 0xFFFF}));
+    map.high_word_first = header.word("word_order", "big", {"big", "little"}) == "big";
+    read_identity(*root, map.identity);
+    read_status(*root, map.status);
+    read_written_blocks(*root, map);
+    read_fifo(*root, map.fifo);
+    if (auto done = root->finish(); !done) return tl::unexpected(done.error());
+    return map;
+}
+
+std::uint32_t RegisterMap::u32(std::span<const std::uint16_t> block, std::size_t at) const noexcept {
+    const std::uint32_t first = block[at];
+    const std::uint32_t second = block[at + 1];
+    return high_word_first ? (first << 16U) | second : (second << 16U) | first;
+}
+
+std::int32_t RegisterMap::i32(std::span<const std::uint16_t> block, std::size_t at) const noexcept {
+    return static_cast<std::int32_t>(u32(block, at));
+}
+
+std::int64_t RegisterMap::u48(std::span<const std::uint16_t> block, std::size_t at) const noexcept {
+    const std::int64_t first = block[at];
+    const std::int64_t middle = block[at + 1];
+    const std::int64_t last = block[at + 2];
+    return high_word_first ? (first << 32) | (middle << 16) | last : (last << 32) | (middle << 16) | first;
+}
+
+void RegisterMap::put_u32(std::span<std::uint16_t> block, std::size_t at, std::uint32_t value) const noexcept {
+    const auto high = static_cast<std::uint16_t>(value >> 16U);
+    const auto low = static_cast<std::uint16_t>(value & 0xFFFFU);
+    block[at] = high_word_first ? high : low;
+    block[at + 1] = high_word_first ? low : high;
+}
+
+void RegisterMap::put_i32(std::span<std::uint16_t> block, std::size_t at, std::int32_t value) const noexcept {
+    put_u32(block, at, static_cast<std::uint32_t>(value));
+}
+
+}  // namespace cmm::drivers::modbus

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/registry.hpp"
+
+#include <utility>
+
+#include "core/text.hpp"
+#include "drivers/modbus/modbus_machine.hpp"
+
+namespace cmm::drivers {
+
+void Registry::add(Entry entry) {
+    entries_.push_back(std::move(entry));
+}
+
+core::Result<std::unique_ptr<Machine>> Registry::make(const LinkSettings& link, const DriverContext& context) const {
+    std::vector<std::string_view> names;
+    std::string list;
+    for (const Entry& entry : entries_) {
+        if (entry.scheme == link.endpoint.scheme) return entry.factory(link, context);
+        names.push_back(entry.scheme);
+        list += (list.empty() ? "" : ", ") + entry.scheme;
+    }
+    std::string what = "no driver serves \"" + link.endpoint.scheme + ":\"; there are: " + list;
+    if (const auto near = core::nearest_word(link.endpoint.scheme, names)) what += "; did you mean \"" + *near + "\"?";
+    return core::fail(core::ErrorCode::usage, what);
+}
+
+Registry standard_registry() {
+    Registry registry;
+    registry.add(
+        {"modbus+tcp", "a controller behind Modbus TCP (docs/protocol-modbus.md)", &modbus::make_modbus_machine});
+    return registry;
+}
+
+}  // namespace cmm::drivers
