@@ -15,20 +15,21 @@ constexpr std::size_t most_write_registers = 123;  // of FC 16 (Modbus applicati
 constexpr std::size_t point_registers = 11;
 constexpr std::size_t sample_registers = 8;
 
+std::size_t whole(const ConfigTable& table, const char* key, double high) {
+    return static_cast<std::size_t>(std::max<std::int64_t>(0, table.required_integer(key, {0, high})));
+}
+
 /// One table of the map: reads offsets and checks that each field of `width` registers lies inside the block.
 struct BlockReader {
     ConfigTable table;
     std::size_t length = 0;
 
     BlockReader(const ConfigTable& root, const char* name, RegisterMap::Block& block) : table(root.table(name)) {
-        block.address = whole("address", 65535);
-        block.length = length = whole("length", 125);
-    }
-    std::size_t whole(const char* key, double high) const {
-        return static_cast<std::size_t>(std::max<std::int64_t>(0, table.required_integer(key, {0, high})));
+        block.address = whole(table, "address", 65535);
+        block.length = length = whole(table, "length", 125);
     }
     std::size_t field(const char* key, std::size_t width = 1) const {
-        const std::size_t at = whole(key, 65535);
+        const std::size_t at = whole(table, key, 65535);
         if (at + width > length) table.complain(key, "does not fit into its block");
         return at;
     }
@@ -87,30 +88,31 @@ void read_written_blocks(const ConfigTable& root, RegisterMap& map) {
     map.command.args = command.field("args", 16);
     map.command.crc = command.field("crc");
 
-    const ConfigTable stop = root.table("stop");
-    map.stop = {static_cast<std::size_t>(std::max<std::int64_t>(0, stop.required_integer("address", {0, 65535}))), 1};
+    map.stop = {whole(root.table("stop"), "address", 65535), 1};
 
     const ConfigTable path = root.table("path");
-    const auto at = [&](const char* key, double high) {
-        return static_cast<std::size_t>(std::max<std::int64_t>(0, path.required_integer(key, {0, high})));
-    };
-    map.path.address = at("address", 65535);
-    map.path.header = at("header", 64);
-    map.path.path = at("path", 63);
-    map.path.first_index = at("first_index", 62);
-    map.path.count = at("count", 63);
-    map.path.crc = at("crc", 63);
-    map.path.point_length = at("point_length", 64);
-    path.required_integer("reserved", {0, 63});
+    map.path.address = whole(path, "address", 65535);
+    map.path.header = whole(path, "header", 64);
+    map.path.path = whole(path, "path", 64);
+    map.path.first_index = whole(path, "first_index", 64);
+    map.path.count = whole(path, "count", 64);
+    map.path.crc = whole(path, "crc", 64);
+    map.path.point_length = whole(path, "point_length", 64);
+    whole(path, "reserved", 64);
+    if (std::max({map.path.path, map.path.first_index + 1, map.path.count, map.path.crc}) >= map.path.header)
+        path.complain("header", "is too short for its fields");
     if (map.path.point_length != point_registers) path.complain("point_length", "must be 11");
     const std::size_t room = most_write_registers - std::min(most_write_registers, map.path.header);
     map.path_window = room / point_registers;
     map.path.length = map.path.header + map.path_window * point_registers;
 
-    const BlockReader exchange(root, "exchange", map.exchange);
-    map.exchange.watchdog = exchange.field("watchdog");
-    map.exchange.ack_seq = exchange.field("ack_seq", 2);
-    map.exchange.from_seq = exchange.field("from_seq", 2);
+    const ConfigTable exchange = root.table("exchange");
+    RegisterMap::Exchange& to = map.exchange;
+    to.address = whole(exchange, "address", 65535);
+    to.watchdog = whole(exchange, "watchdog", 64);
+    to.ack_seq = whole(exchange, "ack_seq", 64);
+    to.from_seq = whole(exchange, "from_seq", 64);
+    to.length = std::max({to.watchdog + 1, to.ack_seq + 2, to.from_seq + 2});
 }
 
 void read_fifo(const ConfigTable& root, RegisterMap& map) {
@@ -126,7 +128,7 @@ void read_fifo(const ConfigTable& root, RegisterMap& map) {
     to.time_us = in.field("time_us", 3);
     to.crc = in.field("crc");
     to.points = in.field("points", sample_registers);
-    to.point_length = in.whole("point_length", 125);
+    to.point_length = whole(in.table, "point_length", 125);
     if (to.point_length != sample_registers) in.table.complain("point_length", "must be 8");
     map.fifo_window = (to.length - std::min(to.length, to.points)) / sample_registers;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/scan_path.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
