@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/geometry_source.hpp"
 
+#include <fnmatch.h>
+
+#include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "core/units.hpp"
+#include "sim/loft.hpp"
 #include "sim/mesh.hpp"
 #include "sim/mesh_file.hpp"
+#include "sim/section_file.hpp"
 
 namespace cmm::sim {
 
@@ -63,6 +69,48 @@ Result<std::shared_ptr<const Surface>> build_blade(const GeometrySource& source,
     return std::make_shared<PatchSurface>(*patch);
 }
 
+/// The files of a name whose last part holds * or ?, in alphabetic order; a plain name is its own list.
+Result<std::vector<std::string>> matching_files(const std::string& name) {
+    const std::filesystem::path path(name);
+    const std::string pattern = path.filename().string();
+    if (pattern.find_first_of("*?") == std::string::npos) return std::vector<std::string>{name};
+    std::vector<std::string> found;
+    std::error_code failed;
+    for (const auto& entry :
+         std::filesystem::directory_iterator(path.has_parent_path() ? path.parent_path() : ".", failed)) {
+        if (::fnmatch(pattern.c_str(), entry.path().filename().c_str(), FNM_PERIOD) == 0)
+            found.push_back(entry.path().string());
+    }
+    if (found.empty()) return core::fail(core::ErrorCode::input_missing, name + ": no file of that name");
+    std::sort(found.begin(), found.end());
+    return found;
+}
+
+Result<std::shared_ptr<const Surface>> build_loft(const GeometrySource& source, const Deviation& deviation) {
+    std::vector<std::string> files;
+    for (const auto& name : source.files) {
+        const auto some = matching_files(name);
+        if (!some) return tl::unexpected(some.error());
+        files.insert(files.end(), some->begin(), some->end());
+    }
+    auto profiles = read_sections(files, source.span);
+    if (!profiles) return tl::unexpected(profiles.error());
+    Points all;
+    for (const auto& profile : *profiles)
+        all.insert(all.end(), profile.begin(), profile.end());
+    const Warp warp = warp_for(deviation, box_of(all));
+    for (auto& profile : *profiles) {
+        for (auto& point : profile)
+            point = warp(point);
+    }
+    auto patch = LoftPatch::make(*std::move(profiles), source.beyond_mm);
+    if (!patch) {
+        patch.error().message = source.where + ": " + patch.error().message;
+        return tl::unexpected(patch.error());
+    }
+    return std::make_shared<PatchSurface>(*patch);
+}
+
 }  // namespace
 
 BladeNumbers read_blade(const core::ConfigTable& table) {
@@ -97,7 +145,7 @@ Result<std::shared_ptr<const Surface>> build_surface(const GeometrySource& sourc
         case GeometrySource::Kind::sections:
             break;
     }
-    return core::fail(core::ErrorCode::config_invalid, source.where + ": sections are not read");
+    return build_loft(source, deviation);
 }
 
 }  // namespace cmm::sim

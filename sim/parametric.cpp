@@ -161,7 +161,7 @@ core::Result<std::shared_ptr<const BladePatch>> BladePatch::make(const BladeNumb
 
 core::Status BladePatch::check() const {
     const auto at_height = [](double z) { return " at z = " + core::fixed(z, 3) + " mm"; };
-    for (const double z : {v_breaks_.front(), v_breaks_.back()}) {   // linear between
+    for (const double z : {v_breaks_.front(), v_breaks_.back()}) {  // linear between
         if (!(section(z).r1 > 0.0 && section(z).k > 0.0)) {
             return fail(ErrorCode::config_invalid, "the chord is too short for its edges" + at_height(z));
         }

@@ -119,17 +119,18 @@ TEST(PatchSurface, TwistedBladeHasTheTrueSpatialDistance) {
             on + Eigen::Vector3d(rng.uniform(-2.0, 2.0), rng.uniform(-2.0, 2.0), rng.uniform(-2.0, 2.0));
         // Coarse to fine search over the whole patch around the best place so far.
         double best = std::numeric_limits<double>::max(), bu = 0.0, bv = 30.0, wu = period / 2.0, wv = 30.0;
-        for (int level = 0; level < 18; ++level) {
+        for (int level = 0; level < 40; ++level) {
             const double cu = bu, cv = bv;
-            for (int a = -60; a <= 60; ++a) {
-                for (int b = -30; b <= 30; ++b) {
-                    const double u = cu + wu * a / 60.0, v = std::clamp(cv + wv * b / 30.0, -1.0, 61.0);
+            const int around = level == 0 ? 400 : 15;
+            for (int a = -around; a <= around; ++a) {
+                for (int b = -30; b <= 30; b += level == 0 ? 1 : 3) {
+                    const double u = cu + wu * a / around, v = std::clamp(cv + wv * b / 30.0, -1.0, 61.0);
                     const double d = (patch->point(u, v) - p).norm();
                     if (d < best) best = d, bu = u, bv = v;
                 }
             }
-            wu *= level == 0 ? 0.05 : 0.3;
-            wv *= level == 0 ? 0.15 : 0.3;
+            wu *= level == 0 ? 0.02 : 0.6;
+            wv *= level == 0 ? 0.1 : 0.6;
         }
         const Contact contact = surface.nearest(p, warm);
         EXPECT_NEAR(std::abs(contact.distance_mm), best, 1e-8);
