@@ -1,3 +1,4 @@
 # What is kept, judged and goes out: journal, evaluation, files, report.
 set(ACQUISITION_OUTPUT_SOURCES
-    evaluation.cpp events.cpp journal.cpp run_file.cpp sample_codec.cpp section_result.cpp)
+    charts.cpp evaluation.cpp events.cpp export_csv.cpp export_json.cpp exports.cpp journal.cpp plot_frame.cpp report.cpp
+    report_style.cpp run_file.cpp sample_codec.cpp section_figures.cpp section_result.cpp summary.cpp svg.cpp)

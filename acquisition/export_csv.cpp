@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "acquisition/exports.hpp"
+#include "core/text.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+constexpr int mm_digits = 6;  // a nanometre
+constexpr int unit_digits = 9;
+
+std::string mm(double value) {
+    return core::fixed(value, mm_digits);
+}
+std::string mm(const std::optional<double>& value) {
+    return value ? mm(*value) : std::string();
+}
+
+/// Names of all characteristics in the order in which they first appear.
+std::vector<std::string> characteristic_names(const PartResult& part) {
+    std::vector<std::string> names;
+    for (const auto& section : part.sections) {
+        for (const auto& c : section.characteristics) {
+            if (std::find(names.begin(), names.end(), c.name) == names.end()) names.push_back(c.name);
+        }
+    }
+    return names;
+}
+
+void append(std::string& out, const Eigen::Vector3d& p) {
+    out += mm(p.x()) + ',' + mm(p.y()) + ',' + mm(p.z());
+}
+
+}  // namespace
+
+std::string sections_csv(const PartResult& part) {
+    const auto names = characteristic_names(part);
+    std::string out = "index,z_mm,points,rejected,closed";
+    for (const auto& name : names)
+        out += ',' + name + "_mm," + name + "_u95_mm," + name + "_decision";
+    out += '\n';
+    for (const auto& section : part.sections) {
+        out += std::to_string(section.index) + ',' + mm(section.z_mm) + ',' + std::to_string(section.points.size()) +
+               ',' + std::to_string(section.rejected()) + ',' + (section.closed() ? '1' : '0');
+        for (const auto& name : names) {
+            const auto* c = section.find(name);
+            out += c == nullptr
+                       ? ",,,"
+                       : ',' + mm(c->value_mm) + ',' + mm(c->u95_mm) + ',' + std::string(to_string(c->decision));
+        }
+        out += '\n';
+    }
+    return out;
+}
+
+std::string section_csv(const SectionResult& section) {
+    if (!section.closed()) return {};
+    std::string out = "x_mm,y_mm,z_mm,nx,ny,nz,zone,deviation_mm,u95_mm\n";
+    const auto& contour = section.fit->contour;
+    for (std::size_t i = 0; i < contour.size(); ++i) {
+        const auto& point = contour[i];
+        append(out, {point.position_mm.x(), point.position_mm.y(), section.z_mm});
+        // The normal lies in the plane: this is the contour in the plane z, compensated in two dimensions.
+        out += ',' + core::fixed(point.normal.x(), unit_digits) + ',' + core::fixed(point.normal.y(), unit_digits) +
+               ",0," + std::string(fitting::to_string(point.zone)) + ',';
+        if (i < section.deviation_mm.size()) out += mm(section.deviation_mm[i]);
+        out += ',' + mm(point.u95_mm) + '\n';
+    }
+    return out;
+}
+
+std::string rejected_csv(const PartResult& part) {
+    std::string out = "section,seq,x_mm,y_mm,z_mm,residual_mm,reason\n";
+    for (const auto& section : part.sections) {
+        for (const auto& point : section.points) {
+            if (point.verdict.reason == fitting::RejectReason::none) continue;
+            out += std::to_string(section.index) + ',' + std::to_string(point.sequence) + ',';
+            append(out, point.centre_mm);
+            out += ',' + mm(point.verdict.residual_mm) + ',' + std::string(fitting::to_string(point.verdict.reason)) +
+                   '\n';
+        }
+    }
+    return out;
+}
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "acquisition/exports.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// A picometre is far below any meaning; rounding keeps 0.1 + 0.2 out of the file.
+double rounded(double value) {
+    return std::round(value * 1e9) / 1e9;
+}
+Json number(double value) {
+    return std::isfinite(value) ? Json(rounded(value)) : Json(nullptr);
+}
+Json number(const std::optional<double>& value) {
+    return value ? number(*value) : Json(nullptr);
+}
+
+Json characteristic(const Characteristic& c) {
+    return {{"name", c.name},
+            {"value_mm", number(c.value_mm)},
+            {"u95_mm", number(c.u95_mm)},
+            {"limit_mm", number(c.limit_mm)},
+            {"decision", to_string(c.decision)},
+            {"method", c.method},
+            {"note", c.note}};
+}
+
+Json rejected_points(const SectionResult& section) {
+    Json points = Json::array();
+    for (const auto& point : section.points) {
+        if (point.verdict.reason == fitting::RejectReason::none) continue;
+        points.push_back({{"seq", point.sequence},
+                          {"x_mm", number(point.centre_mm.x())},
+                          {"y_mm", number(point.centre_mm.y())},
+                          {"z_mm", number(point.centre_mm.z())},
+                          {"residual_mm", number(point.verdict.residual_mm)},
+                          {"reason", fitting::to_string(point.verdict.reason)}});
+    }
+    return points;
+}
+
+Json section_of(const SectionResult& section) {
+    Json characteristics = Json::array();
+    for (const auto& c : section.characteristics)
+        characteristics.push_back(characteristic(c));
+    Json out{{"index", section.index},
+             {"name", section.name},
+             {"z_mm", number(section.z_mm)},
+             {"points", section.points.size()},
+             {"rejected", section.rejected()},
+             {"closed", section.closed()},
+             {"decision", to_string(section.decision())}};
+    if (section.closed()) {
+        out["contour_file"] = "section-" + std::to_string(section.index) + ".csv";
+        out["noise_sigma_mm"] = number(section.fit->noise_sigma_mm);
+    } else {
+        out["why"] = section.why;
+    }
+    out["characteristics"] = std::move(characteristics);
+    out["rejected_points"] = rejected_points(section);
+    return out;
+}
+
+}  // namespace
+
+std::string result_json(const PartResult& part) {
+    Json sections = Json::array();
+    for (const auto& section : part.sections)
+        sections.push_back(section_of(section));
+    const Json out{
+        {"schema", "cmmlive-result"},
+        {"schema_version", 1},
+        {"verdict", verdict_word(part)},
+        {"reasons", verdict_reasons(part)},
+        {"decision_rule",
+         "ISO 14253-1, guard band g = 1.65/2 U95: accept if value + g <= limit, reject if value - g > limit"},
+        {"part", {{"name", part.part_name}, {"serial", part.part_serial}, {"has_nominal", part.has_nominal}}},
+        {"run",
+         {{"id", part.run_id},
+          {"started_utc", part.started_utc},
+          {"machine", part.machine},
+          {"software_version", part.software_version},
+          {"ball_radius_mm", number(part.ball_radius_mm)},
+          {"complete", part.complete}}},
+        {"sections", std::move(sections)}};
+    // Names come from files of the user: bytes that are not UTF-8 are replaced, not thrown at him.
+    return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exports.hpp"
+
+#include <filesystem>
+#include <system_error>
+
+#include "core/text.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+core::Status make_folder(const std::string& dir) {
+    std::error_code error;
+    std::filesystem::create_directories(dir, error);
+    if (error) return core::fail(core::ErrorCode::journal_io, dir + ": cannot make the folder: " + error.message());
+    return {};
+}
+
+}  // namespace
+
+core::Status export_csv(const PartResult& part, const std::string& dir) {
+    auto status = make_folder(dir);
+    if (status) status = core::write_file(dir + "/sections.csv", sections_csv(part));
+    if (status) status = core::write_file(dir + "/rejected.csv", rejected_csv(part));
+    for (const auto& section : part.sections) {
+        if (!status) return status;
+        if (!section.closed()) continue;
+        const auto file = dir + "/section-" + std::to_string(section.index) + ".csv";
+        status = core::write_file(file, section_csv(section));
+    }
+    return status;
+}
+
+core::Status export_json(const PartResult& part, const std::string& file) {
+    return core::write_file(file, result_json(part));
+}
+
+core::Status export_html(const PartResult& part, const std::string& file) {
+    return core::write_file(file, report_html(part));
+}
+
+core::Status write_outputs(const PartResult& part, const std::string& dir) {
+    auto status = export_csv(part, dir);
+    if (status) status = export_json(part, dir + "/result.json");
+    if (status) status = export_html(part, dir + "/report.html");
+    return status;
+}
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "acquisition/section_result.hpp"
+#include "core/error.hpp"
+
+/// The files of the contract (docs/outputs.md). Text functions are pure; millimetres, part frame, unit in every column
+/// name.
+namespace cmm::acquisition {
+
+/// One row a section.
+std::string sections_csv(const PartResult& part);
+/// The part contour: closed (last row joins the first), counter-clockwise seen from +Z. Empty without a closed fit.
+std::string section_csv(const SectionResult& section);
+/// Every point that was not used, with its reason.
+std::string rejected_csv(const PartResult& part);
+/// result.json
+std::string result_json(const PartResult& part);
+/// report.html: one file, nothing from outside.
+std::string report_html(const PartResult& part);
+/// The table that ends a run in a terminal, then the verdict with a line for every cause.
+std::string summary_text(const PartResult& part);
+/// "accept", "reject", "undecided", or "done" for a part without requirements.
+std::string verdict_word(const PartResult& part);
+
+core::Status export_csv(const PartResult& part, const std::string& dir);
+core::Status export_json(const PartResult& part, const std::string& file);
+core::Status export_html(const PartResult& part, const std::string& file);
+/// All of them into `dir`, which is made when it is not there. Errors: journal_io, journal_full.
+core::Status write_outputs(const PartResult& part, const std::string& dir);
+
+}  // namespace cmm::acquisition

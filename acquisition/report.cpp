@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <string>
+#include <vector>
+
+#include "acquisition/exports.hpp"
+#include "acquisition/report_style.hpp"
+#include "acquisition/section_figures.hpp"
+#include "acquisition/svg.hpp"
+#include "core/text.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+using svg::escape;
+
+struct Term {
+    const char* name;
+    const char* title;
+};
+constexpr std::array terms{Term{"profile_le", "Profile LE"}, Term{"profile_suction", "Profile suction"},
+                           Term{"profile_te", "Profile TE"}, Term{"profile_pressure", "Profile pressure"},
+                           Term{"le_radius", "LE radius"},   Term{"te_radius", "TE radius"},
+                           Term{"chord", "Chord"},           Term{"max_thickness", "Max. thickness"}};
+
+constexpr int mm_digits = 4;
+constexpr std::size_t listed_points = 200;
+
+std::string mm(double value) {
+    return core::fixed(value, mm_digits);
+}
+
+std::string element(const std::string& tag, const std::string& content) {
+    return "<" + tag + ">" + content + "</" + tag.substr(0, tag.find(' ')) + ">\n";
+}
+
+std::string figure(const std::string& css, const std::string& caption, const std::string& picture) {
+    if (picture.empty()) return {};
+    return "<figure class=\"" + css + "\"><figcaption>" + caption + "</figcaption>\n" + picture + "</figure>\n";
+}
+
+std::string title_of(const SectionResult& section) {
+    return "Section " + std::to_string(section.index) + ", z = " + core::fixed(section.z_mm, 3) + " mm";
+}
+
+std::string words(Decision decision) {
+    std::string text(to_string(decision));
+    std::replace(text.begin(), text.end(), '_', ' ');
+    return text;
+}
+
+bool any_has(const PartResult& part, std::string_view name) {
+    return std::any_of(part.sections.begin(), part.sections.end(),
+                       [&](const SectionResult& section) { return section.find(name) != nullptr; });
+}
+
+const Characteristic* first_of(const PartResult& part, std::string_view name) {
+    for (const auto& section : part.sections) {
+        if (const auto* c = section.find(name); c != nullptr) return c;
+    }
+    return nullptr;
+}
+
+std::string verdict_detail(const PartResult& part) {
+    const auto total = std::to_string(part.sections.size());
+    const auto count = [&](Decision decision) {
+        return std::to_string(std::count_if(part.sections.begin(), part.sections.end(),
+                                            [&](const auto& section) { return section.decision() == decision; }));
+    };
+    switch (part.verdict()) {
+        case Decision::reject:
+            return count(Decision::reject) + " of " + total + " sections outside tolerance";
+        case Decision::accept:
+            return part.has_requirements() ? "all " + total + " sections within tolerance"
+                                           : total + " sections measured, nothing to judge";
+        default:
+            return part.complete ? count(Decision::undecided) + " of " + total + " sections undecided"
+                                 : std::string("the measurement ended early");
+    }
+}
+
+std::string capital(std::string text) {
+    if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');
+    return text;
+}
+
+std::string fact(const char* name, const std::string& value) {
+    return value.empty() ? std::string()
+                         : "<div><dt>" + std::string(name) + "</dt><dd>" + escape(value) + "</dd></div>\n";
+}
+
+std::string head(const PartResult& part) {
+    std::size_t points = 0;
+    std::size_t rejected = 0;
+    for (const auto& section : part.sections) {
+        points += section.points.size();
+        rejected += section.rejected();
+    }
+    const auto word = verdict_word(part);
+    std::string out = "<div class=\"sheet\"><div class=\"head\"><div><p class=\"kind\">Blade section report</p>\n";
+    out += element("h1", escape(part.part_name.empty() ? "Unnamed part" : part.part_name)) + "</div>\n";
+    out += "<div class=\"verdict " + word + "\"><b>" + capital(word) + "</b><span>" + escape(verdict_detail(part)) +
+           "</span></div></div>\n<dl class=\"facts\">\n";
+    out += fact("Serial number", part.part_serial) + fact("Machine", part.machine) + fact("Started", part.started_utc) +
+           fact("Run", part.run_id) + fact("Stylus ball radius", mm(part.ball_radius_mm) + " mm") +
+           fact("Reference", part.has_nominal ? "nominal contour, nominal frame" : "none: measured without a nominal") +
+           fact("Points", std::to_string(points) + " recorded, " + std::to_string(rejected) + " rejected") +
+           fact("Software", part.software_version.empty() ? "cmmlive" : "cmmlive " + part.software_version);
+    out += "</dl>\n";
+    if (const auto reasons = verdict_reasons(part); !reasons.empty()) {
+        out += "<div class=\"causes\"><b>" +
+               std::string(part.verdict() == Decision::reject ? "Why it is rejected" : "Why it is not accepted") +
+               "</b><ul>\n";
+        for (const auto& reason : reasons)
+            out += element("li", escape(reason));
+        out += "</ul></div>\n";
+    }
+    return out + "</div>\n";
+}
+
+std::string cell(const Characteristic* c) {
+    if (c == nullptr) return "<td></td>";
+    if (!c->value_mm) return "<td class=\"not_evaluable\" title=\"" + escape(c->note) + "\">n/e</td>";
+    const bool bad = c->decision == Decision::reject || c->decision == Decision::undecided;
+    return "<td" + (bad ? " class=\"" + std::string(to_string(c->decision)) + "\"" : std::string()) + " title=\"" +
+           escape(c->note) + "\">" + mm(*c->value_mm) + "<small>\u00b1 " + mm(c->u95_mm.value_or(0.0)) +
+           "</small></td>";
+}
+
+std::string summary_table(const PartResult& part) {
+    std::string header = "<th>Section</th><th>z<small>mm</small></th><th>Points</th><th>Rejected</th>";
+    for (const auto& term : terms) {
+        const auto* c = first_of(part, term.name);
+        if (c == nullptr) continue;
+        header += "<th>" + std::string(term.title) + "<small>" +
+                  (c->limit_mm ? "\u2264 " + core::fixed(*c->limit_mm, 3) + " mm" : std::string("mm")) +
+                  "</small></th>";
+    }
+    std::string rows;
+    for (const auto& section : part.sections) {
+        const auto index = std::to_string(section.index);
+        rows += "<tr><td><a href=\"#section-" + index + "\">" + index + "</a></td><td>" + core::fixed(section.z_mm, 3) +
+                "</td><td>" + std::to_string(section.points.size()) + "</td><td>" + std::to_string(section.rejected()) +
+                "</td>";
+        for (const auto& term : terms) {
+            if (any_has(part, term.name)) rows += cell(section.find(term.name));
+        }
+        const auto decision = section.decision();
+        rows += "<td class=\"word " + std::string(to_string(decision)) + "\">" + words(decision) + "</td></tr>\n";
+    }
+    return "<h2>Results</h2>\n<div class=\"sheet wide\"><table><thead><tr>" + header +
+           "<th class=\"word\">Decision</th></tr></thead>\n<tbody>" + rows + "</tbody></table></div>\n";
+}
+
+std::string trends(const PartResult& part) {
+    if (part.sections.size() < 2) return {};
+    std::string out;
+    for (const auto& term : terms) {
+        out += figure("", "<b>" + std::string(term.title) + "</b>", trend_figure(part, term.name));
+    }
+    return out.empty() ? out
+                       : "<h2>Over the height of the blade</h2>\n<div class=\"sheet trends\">\n" + out + "</div>\n";
+}
+
+std::string key_entry(const char* css, const char* data, const char* label) {
+    return "<span><svg class=\"fig\" viewBox=\"0 0 26 10\" aria-hidden=\"true\"><path class=\"" + std::string(css) +
+           "\" d=\"" + data + "\"/></svg>" + label + "</span>\n";
+}
+
+std::string key(const PartResult& part) {
+    constexpr const char* stroke = "M1 5h24";
+    std::string out = "<div class=\"key\">\n" + key_entry("measured", stroke, "measured contour") +
+                      key_entry("dot", "M7 5h0M19 5h0", "points less ball radius") +
+                      key_entry("reject", "M9 1l8 8M9 9l8 -8", "rejected point");
+    if (part.has_nominal) {
+        constexpr const char* hedge = "M3 1v8M8 1v8M13 1v8M18 1v8M23 1v8";
+        out += key_entry("nominal", stroke, "nominal") + key_entry("band", "M1 1h24v8h-24z", "tolerance zone") +
+               key_entry("whisker-side", hedge, "deviation, side") +
+               key_entry("whisker-edge", hedge, "deviation, LE and TE") +
+               key_entry("whisker-out", hedge, "deviation outside the tolerance zone");
+    }
+    return out + "</div>\n";
+}
+
+std::string rejected_list(const SectionResult& section) {
+    std::string rows;
+    std::size_t listed = 0;
+    for (const auto& point : section.points) {
+        if (point.verdict.reason == fitting::RejectReason::none || listed == listed_points) continue;
+        ++listed;
+        std::string reason(fitting::to_string(point.verdict.reason));
+        std::replace(reason.begin(), reason.end(), '_', ' ');
+        rows += "<tr><td>" + std::to_string(point.sequence) + "</td><td>" + mm(point.centre_mm.x()) + "</td><td>" +
+                mm(point.centre_mm.y()) + "</td><td>" + mm(point.centre_mm.z()) + "</td><td>" +
+                mm(point.verdict.residual_mm) + "</td><td class=\"word\">" + reason + "</td></tr>\n";
+    }
+    if (listed == 0) return {};
+    const auto total = section.rejected();
+    std::string title = std::to_string(total) + (total == 1 ? " rejected point" : " rejected points");
+    if (listed < total) title += " (the first " + std::to_string(listed) + "; all of them in rejected.csv)";
+    return "<details><summary>" + title +
+           "</summary><div "
+           "class=\"wide\"><table><thead><tr><th>Sample</th><th>x<small>mm</small></th><th>y<small>mm</small>"
+           "</th><th>z<small>mm</small></th><th>Residual<small>mm</small></th><th "
+           "class=\"word\">Reason</th></tr></thead>"
+           "<tbody>" +
+           rows + "</tbody></table></div></details>\n";
+}
+
+std::string section_sheet(const SectionResult& section, double ball_radius_mm) {
+    const auto decision = section.decision();
+    std::string out = "<article class=\"sheet section\" id=\"section-" + std::to_string(section.index) + "\"><header>" +
+                      element("h3", title_of(section)) + "<span class=\"meta\">" + escape(section.name) + "</span>" +
+                      "<span class=\"meta\">" + std::to_string(section.points.size()) + " points, " +
+                      std::to_string(section.rejected()) + " rejected";
+    if (section.closed()) {
+        out += ", scatter " + core::fixed(section.fit->noise_sigma_mm * 1e3, 1) + " \u00b5m (1 \u03c3)";
+    }
+    out += "</span><span class=\"state " + std::string(to_string(decision)) + "\">" + words(decision) +
+           "</span></header>\n";
+    if (!section.why.empty()) out += element("p class=\"undecided\"", "Not evaluable: " + escape(section.why));
+    const auto whiskers = whisker_figure(section);
+    out += "<div class=\"plots\">\n";
+    out += figure(whiskers.empty() ? "full" : "half", "<b>Contour</b>", overlay_figure(section, ball_radius_mm));
+    out += figure("half", "<b>Deviations</b> along the normal of the nominal, outwards positive", whiskers);
+    out += figure("quarter", "<b>Leading edge</b>", edge_figure(section, fitting::Zone::le, ball_radius_mm));
+    out += figure("quarter", "<b>Trailing edge</b>", edge_figure(section, fitting::Zone::te, ball_radius_mm));
+    out += figure("half", "<b>Deviation against arc length</b> with U95", deviation_figure(section));
+    return out + "</div>\n" + rejected_list(section) + "</article>\n";
+}
+
+std::string methods(const PartResult& part) {
+    std::string rows;
+    for (const auto& term : terms) {
+        if (const auto* c = first_of(part, term.name); c != nullptr) {
+            rows += "<tr><td>" + std::string(term.title) + "</td><td>" + escape(c->method) + "</td></tr>\n";
+        }
+    }
+    return "<h2>Methods</h2>\n<div class=\"sheet methods\"><table><tbody>" + rows +
+           "<tr><td>Decision</td><td>ISO 14253-1 with the guard band g = 1.65/2 U95 (95 %, one-sided): accept when "
+           "value + g "
+           "\u2264 limit, reject when value \u2212 g &gt; limit, otherwise undecided.</td></tr>\n"
+           "<tr><td>Uncertainty</td><td>U95 is expanded (k = 2) from the scatter of the points about the fit. The "
+           "error of "
+           "the 2-D offset, r (1 \u2212 cos lean) per surface point, is not corrected and is added to it. The "
+           "machine\u2019s own "
+           "length error is not included.</td></tr>\n"
+           "<tr><td>Compensation</td><td>The ball radius is taken off in the plane of the section, along the normal of "
+           "the "
+           "fitted curve of ball centres.</td></tr>\n"
+           "<tr><td>Rejected points</td><td>Points that lie off the curve through their neighbours, by more than the "
+           "larger "
+           "of the stated floor and the robust scatter, are marked and not used. Nothing is deleted.</td></tr>\n"
+           "</tbody></table></div>\n";
+}
+
+}  // namespace
+
+std::string report_html(const PartResult& part) {
+    const std::string title = escape(part.part_name + (part.part_serial.empty() ? "" : " " + part.part_serial));
+    std::string out =
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+        "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>" +
+        title + ": " + verdict_word(part) + "</title>\n<style>" + std::string(report_style()) +
+        std::string(svg::figure_style()) + "</style></head>\n<body><main>\n";
+    out += head(part) + summary_table(part) + trends(part);
+    out += "<h2>Sections</h2>\n" + key(part);
+    for (const auto& section : part.sections)
+        out += section_sheet(section, part.ball_radius_mm);
+    out += methods(part);
+    out +=
+        "<footer>All lengths in millimetres unless said, part frame, z along the span. The numbers of this report with "
+        "full resolution: result.json and the CSV files beside it.</footer>\n";
+    return out + "</main></body></html>\n";
+}
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "acquisition/section_result.hpp"
+#include "fitting/section.hpp"
+
+/// The pictures of a section and of a part as SVG text, to be put into a page that has svg::figure_style. Empty where
+/// there is nothing to draw. Pure functions.
+namespace cmm::acquisition {
+
+/// Nominal, measured contour and recorded points less the ball radius; rejected ones crossed.
+std::string overlay_figure(const SectionResult& section, double ball_radius_mm);
+/// The same at one edge, magnified, with tolerance band and fitted circle. `edge` is le or te.
+std::string edge_figure(const SectionResult& section, fitting::Zone edge, double ball_radius_mm);
+/// Magnified deviations on the nominal with the tolerance band. Needs a nominal.
+std::string whisker_figure(const SectionResult& section);
+/// Deviation against arc length with zones, U95 and limits. Needs a nominal.
+std::string deviation_figure(const SectionResult& section);
+/// A characteristic over z.
+std::string trend_figure(const PartResult& part, std::string_view characteristic);
+
+/// An SVG file of its own: the overlay with both edges beside it.
+std::string section_svg(const SectionResult& section, double ball_radius_mm);
+
+}  // namespace cmm::acquisition
