@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/event_payload.hpp"
+
+#include "acquisition/json_text.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+constexpr int mm_digits = 4;   // a tenth of a micrometre: the controller's count
+constexpr int fine_digits = 6;
+
+std::string_view to_string(LiveSnapshot::State state) {
+    switch (state) {
+        case LiveSnapshot::State::empty: return "empty";
+        case LiveSnapshot::State::open: return "open";
+        case LiveSnapshot::State::closed: return "closed";
+    }
+    return "empty";
+}
+
+}  // namespace
+
+std::string batch_payload(std::size_t section, std::uint64_t first_sequence, std::size_t count) {
+    return JsonFields().add("section", section).add("first_seq", first_sequence).add("count", count).text();
+}
+
+std::string snapshot_payload(std::size_t section, const LiveSnapshot& snapshot) {
+    return JsonFields()
+        .add("section", section)
+        .add("state", to_string(snapshot.state))
+        .add("points", snapshot.points)
+        .add("no_contact", snapshot.no_contact)
+        .add("length_mm", snapshot.length_mm, 3)
+        .add("x_mm", snapshot.last_mm.x(), mm_digits)
+        .add("y_mm", snapshot.last_mm.y(), mm_digits)
+        .add("z_mm", snapshot.last_mm.z(), mm_digits)
+        .add("worst_deviation_mm", snapshot.worst_deviation_mm, mm_digits)
+        .text();
+}
+
+std::string final_payload(const SectionResult& section, double latency_ms) {
+    JsonFields fields;
+    fields.add("section", section.index)
+        .add("z_mm", section.z_mm, mm_digits)
+        .add("points", section.points.size())
+        .add("rejected", section.fit ? section.fit->rejected : 0)
+        .add("closed", section.fit && section.fit->closed)
+        .add("latency_ms", latency_ms, 3);
+    if (!section.why.empty()) fields.add("why", section.why);
+    return fields.text();
+}
+
+std::string rejected_payload(std::size_t section, const RecordedPoint& point) {
+    return JsonFields()
+        .add("section", section)
+        .add("sample", point.sequence)
+        .add("residual_mm", point.verdict.residual_mm, mm_digits)
+        .add("reason", fitting::to_string(point.verdict.reason))
+        .text();
+}
+
+std::string characteristic_payload(std::size_t section, const Characteristic& characteristic) {
+    return JsonFields()
+        .add("section", section)
+        .add("name", characteristic.name)
+        .add("value_mm", characteristic.value_mm, fine_digits)
+        .add("u95_mm", characteristic.u95_mm, fine_digits)
+        .add("limit_mm", characteristic.limit_mm, fine_digits)
+        .add("decision", acquisition::to_string(characteristic.decision))
+        .add("method", characteristic.method)
+        .text();
+}
+
+std::string decision_payload(std::size_t section, Decision decision) {
+    return JsonFields().add("section", section).add("decision", acquisition::to_string(decision)).text();
+}
+
+std::string link_payload(const drivers::LinkStats& stats) {
+    return JsonFields()
+        .add("exchanges", stats.ok)
+        .add("errors", stats.errors())
+        .add("retries", stats.retries)
+        .add("reconnects", stats.reconnects)
+        .add("bytes_received", stats.bytes_received)
+        .add("mean_round_trip_ms", stats.ok > 0 ? stats.total_round_trip_us * 1e-3 / static_cast<double>(stats.ok) : 0.0, 4)
+        .add("max_round_trip_ms", stats.max_round_trip_us * 1e-3, 3)
+        .text();
+}
+
+}  // namespace cmm::acquisition

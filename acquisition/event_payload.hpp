@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "acquisition/live_section.hpp"
+#include "acquisition/section_result.hpp"
+#include "drivers/link_stats.hpp"
+
+/// The fields of each event (docs/cli.md, "Events") as JSON text without the outer braces.
+namespace cmm::acquisition {
+
+std::string batch_payload(std::size_t section, std::uint64_t first_sequence, std::size_t count);
+std::string snapshot_payload(std::size_t section, const LiveSnapshot& snapshot);
+std::string final_payload(const SectionResult& section, double latency_ms);
+std::string rejected_payload(std::size_t section, const RecordedPoint& point);
+std::string characteristic_payload(std::size_t section, const Characteristic& characteristic);
+std::string decision_payload(std::size_t section, Decision decision);
+std::string link_payload(const drivers::LinkStats& stats);
+
+}  // namespace cmm::acquisition

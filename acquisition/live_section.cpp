@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/live_section.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cmm::acquisition {
+
+LiveSection::LiveSection(const SectionSetup& setup, double lsb_mm, const core::PartFromMachine& part_from_machine,
+                         std::size_t expected)
+    : setup_(&setup), lsb_mm_(lsb_mm), part_from_machine_(part_from_machine), expected_(expected) {
+    points_.reserve(expected > 0 ? expected : 2048);
+}
+
+void LiveSection::take(const RecordedPoint& point) {
+    if (point.verdict.reason == fitting::RejectReason::no_contact) {
+        ++no_contact_;
+    } else {
+        if (!points_.empty()) length_mm_ += (point.centre_mm - points_.back().centre_mm).norm();
+        judge(point.centre_mm.head<2>());
+    }
+    points_.push_back(point);
+}
+
+void LiveSection::restore(const std::vector<RecordedPoint>& points) {
+    for (const auto& point : points) take(point);
+}
+
+void LiveSection::add(std::span<const core::Sample> samples) {
+    for (const auto& sample : samples) {
+        RecordedPoint point;
+        point.sequence = sample.sequence;
+        point.flags = sample.flags;
+        point.centre_mm = part_from_machine_(core::Position<core::MachineFrame>{core::centre_mm(sample, lsb_mm_)}).mm;
+        if ((sample.flags & core::sample_flag::no_contact) != 0) point.verdict.reason = fitting::RejectReason::no_contact;
+        take(point);
+        last_host_time_ = core::Duration(sample.host_time_ns);
+        last_machine_time_s_ = static_cast<double>(sample.machine_time_us) * 1e-6;
+    }
+}
+
+void LiveSection::judge(const Eigen::Vector2d& centre_mm) {
+    if (!setup_->nominal) return;
+    const auto foot = setup_->nominal->section.curve().closest(centre_mm, foot_hint_mm_);
+    foot_hint_mm_ = foot.s_mm;
+    recent_[judged_++ % recent_.size()] = foot.distance_mm - setup_->ball_radius_mm;
+    if (judged_ < recent_.size()) return;
+    auto window = recent_;
+    std::nth_element(window.begin(), window.begin() + 3, window.end());
+    if (!worst_mm_ || std::abs(window[3]) > std::abs(*worst_mm_)) worst_mm_ = window[3];
+}
+
+LiveSnapshot LiveSection::snapshot() const {
+    LiveSnapshot now;
+    now.points = points_.size();
+    now.no_contact = no_contact_;
+    now.length_mm = length_mm_;
+    now.worst_deviation_mm = worst_mm_;
+    if (points_.empty()) return now;
+    now.state = complete() ? LiveSnapshot::State::closed : LiveSnapshot::State::open;
+    now.last_mm = points_.back().centre_mm;
+    return now;
+}
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "acquisition/section_setup.hpp"
+#include "core/clock.hpp"
+#include "core/frame.hpp"
+#include "core/sample.hpp"
+
+namespace cmm::acquisition {
+
+/// What is known of a section at one moment. A value.
+struct LiveSnapshot {
+    enum class State { empty, open, closed };
+    State state = State::empty;
+    std::size_t points = 0;
+    std::size_t no_contact = 0;
+    double length_mm = 0.0;                                 ///< travelled by the ball centre
+    Eigen::Vector3d last_mm = Eigen::Vector3d::Zero();      ///< last ball centre, part frame
+    std::optional<double> worst_deviation_mm;   ///< provisional, against the nominal: largest median of 7 neighbours, so that bad
+                                                ///< points and runs of three do not count; nothing before 7 points
+};
+
+/// The section under the probe, fed sample by sample: keeps every point, knows how far it is and how it stands against the
+/// nominal. `add` costs a constant time a sample. Never throws, never blocks; one owner.
+class LiveSection {
+  public:
+    /// `expected` points close the section (0: unknown until `close_after`). `setup` outlives the section.
+    LiveSection(const SectionSetup& setup, double lsb_mm, const core::PartFromMachine& part_from_machine, std::size_t expected);
+
+    void add(std::span<const core::Sample> samples);
+    /// Points of an earlier path of this section (resume); before the first `add`.
+    void restore(const std::vector<RecordedPoint>& points);
+    /// For an unknown part: the number of points is known now.
+    void close_after(std::size_t expected) { expected_ = expected; }
+    bool complete() const { return expected_ > 0 && points_.size() >= expected_; }
+
+    LiveSnapshot snapshot() const;
+    const std::vector<RecordedPoint>& points() const { return points_; }
+    const SectionSetup& setup() const { return *setup_; }
+    core::Duration last_sample_host_time() const { return last_host_time_; }
+    double last_machine_time_s() const { return last_machine_time_s_; }
+
+  private:
+    void take(const RecordedPoint& point);
+    void judge(const Eigen::Vector2d& centre_mm);
+
+    const SectionSetup* setup_;
+    double lsb_mm_;
+    core::PartFromMachine part_from_machine_;
+    std::size_t expected_;
+    std::vector<RecordedPoint> points_;
+    std::size_t no_contact_ = 0;
+    double length_mm_ = 0.0;
+    core::Duration last_host_time_{0};
+    double last_machine_time_s_ = 0.0;
+    std::optional<double> foot_hint_mm_;
+    std::array<double, 7> recent_{};
+    std::size_t judged_ = 0;
+    std::optional<double> worst_mm_;
+};
+
+}  // namespace cmm::acquisition

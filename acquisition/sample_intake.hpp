@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "acquisition/events.hpp"
+#include "acquisition/journal.hpp"
+#include "acquisition/live_section.hpp"
+#include "drivers/machine.hpp"
+
+namespace cmm::acquisition {
+
+/// Where samples enter: first into the journal, then into the live section and whoever predicts the path, then into the
+/// event stream. Runs on the machine's executor; costs a constant time a sample. Lives as long as the run.
+class SampleIntake final : public drivers::SampleSink {
+  public:
+    /// Takes the samples of the section under the probe, in order (the predictor of an unknown part).
+    using Follower = std::function<core::Status(const core::Sample&)>;
+    /// The section has all its points; it is the receiver's now.
+    using Completed = std::function<void(std::unique_ptr<LiveSection>)>;
+
+    SampleIntake(Journal& journal, EventHub& events) : journal_(journal), events_(events) {}
+
+    /// From now on samples of `path` belong to `section`.
+    void begin(std::uint16_t path, std::unique_ptr<LiveSection> section, Completed completed, Follower follower = {});
+    /// Takes back a section that did not complete (nullptr when it did).
+    std::unique_ptr<LiveSection> end();
+    LiveSection* section() { return section_.get(); }
+    std::uint64_t received() const { return received_; }
+
+    core::Status on_samples(std::span<const core::Sample> samples) override;
+    std::uint64_t durable_sequence() const noexcept override { return journal_.durable_sequence(); }
+    core::Status flush() override { return journal_.flush(); }
+
+  private:
+    void emit_progress(bool force);
+
+    Journal& journal_;
+    EventHub& events_;
+    std::uint16_t path_ = 0;
+    std::unique_ptr<LiveSection> section_;
+    Completed completed_;
+    Follower follower_;
+    std::uint64_t received_ = 0;
+    std::size_t shown_points_ = 0;
+    std::int64_t shown_at_ns_ = 0;
+};
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,354 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/scan_job.hpp"
+
+#include <algorithm>
+#include <boost/asio/this_coro.hpp>
+#include <cmath>
+#include <utility>
+
+#include "acquisition/event_payload.hpp"
+#include "acquisition/json_text.hpp"
+#include "acquisition/run_results.hpp"
+#include "core/text.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+std::string section_text(std::size_t index, double z_mm) {
+    return "section " + std::to_string(index) + " (z " + core::fixed(z_mm, 3) + " mm)";
+}
+
+}  // namespace
+
+ScanJob::ScanJob(ScanRequest request, drivers::Machine& machine, const core::Clock& clock, EventHub& events)
+    : request_(std::move(request)),
+      machine_(machine),
+      events_(events),
+      finisher_(std::make_unique<SectionFinisher>(events, clock)) {}
+
+ScanJob::~ScanJob() = default;
+
+void ScanJob::request_stop() noexcept {
+    stop_requested_ = true;
+    machine_.stop(drivers::StopKind::controlled);
+}
+
+boost::asio::awaitable<ScanOutcome> ScanJob::run() {
+    SessionInput input = SessionInput::start;
+    while (true) {
+        const SessionStep next = step(state_, input);
+        state_ = next.state;
+        if (next.action == SessionAction::report || !next.accepted) break;
+        input = co_await perform(next.action);
+        const bool going_on = input == SessionInput::succeeded && state_ != SessionState::stopping && state_ != SessionState::flushing;
+        if (stop_requested_ && going_on) input = SessionInput::stop_requested;
+    }
+    ScanOutcome outcome;
+    outcome.result.sections = finisher_->take_all();
+    outcome.section_final = finisher_->latency();
+    outcome.samples = intake_ ? intake_->received() : 0;
+    outcome.error = error_;
+    if (!error_ && stop_requested_) outcome.error = core::Error{core::ErrorCode::cancelled, "stopped on request", {}, core::Motion::stopped};
+    outcome.result.part_name = request_.part.name;
+    outcome.result.part_serial = request_.part.serial;
+    outcome.result.started_utc = request_.started_utc;
+    outcome.result.run_id = request_.run_id;
+    outcome.result.machine = capabilities_.model + " " + capabilities_.serial + " (" + request_.machine_url + ")";
+    outcome.result.software_version = request_.software_version;
+    outcome.result.ball_radius_mm = request_.part.stylus.radius_mm;
+    outcome.result.has_nominal = request_.nominal != nullptr;
+    outcome.result.complete = !outcome.error && outcome.result.sections.size() == plan_.paths.size();
+    const std::string verdict(to_string(outcome.result.verdict()));
+    if (journal_ && outcome.result.complete) {
+        if (auto status = journal_->finish_run(verdict); !status) outcome.error = status.error();
+    }
+    const std::string latency = "{" + JsonFields().add("count", outcome.section_final.count).add("p50", outcome.section_final.p50_ms, 3)
+                                          .add("p99", outcome.section_final.p99_ms, 3).add("max", outcome.section_final.max_ms, 3).text() + "}";
+    events_.emit(EventKind::link_stats, 0.0, link_payload(machine_.link_stats()));
+    events_.emit(EventKind::run_stopped, 0.0, JsonFields().add("verdict", verdict).add("complete", outcome.result.complete)
+                                                  .add("samples", outcome.samples).raw("section_final_latency_ms", latency).text());
+    co_return outcome;
+}
+
+boost::asio::awaitable<SessionInput> ScanJob::perform(SessionAction action) {
+    core::Status status;
+    switch (action) {
+        case SessionAction::connect: status = co_await connect(); break;
+        case SessionAction::recover: status = co_await recover(); break;
+        case SessionAction::home: status = co_await home(); break;
+        case SessionAction::qualify: status = co_await qualify(); break;
+        case SessionAction::scan: status = co_await scan(); break;
+        case SessionAction::stop_machine: status = co_await stop_machine(); break;
+        case SessionAction::flush: status = co_await flush(); break;
+        case SessionAction::approach: {
+            const auto more = co_await approach();
+            if (more && !*more) co_return SessionInput::no_path_left;
+            if (!more) status = tl::unexpected(more.error());
+            break;
+        }
+        case SessionAction::none:
+        case SessionAction::report: break;
+    }
+    if (status) co_return SessionInput::succeeded;
+    report_fault(status.error());
+    co_return SessionInput::failed;
+}
+
+void ScanJob::report_fault(const core::Error& error) {
+    if (!error_) error_ = error;
+    JsonFields fields;
+    fields.add("code", core::to_string(error.code)).add("message", error.text()).add("motion", core::to_string(error.motion));
+    fields.add("state", to_string(state_)).add("section", section_).add("path", last_path_);
+    fields.add("samples", intake_ ? intake_->received() : 0);
+    fields.raw("link", "{" + link_payload(machine_.link_stats()) + "}");
+    events_.emit(EventKind::machine_fault, 0.0, fields.text());
+}
+
+ScanJob::Step ScanJob::connect() {
+    auto found = co_await machine_.connect();
+    if (!found) co_return tl::unexpected(found.error());
+    capabilities_ = *found;
+    co_return prepare();
+}
+
+core::Status ScanJob::prepare() {
+    auto plan = make_plan(request_.part, request_.nominal.get(), &capabilities_);
+    if (!plan) return tl::unexpected(plan.error());
+    plan_ = std::move(*plan);
+    if (auto status = require_sound(check_plan(plan_, request_.part, request_.nominal.get(), &capabilities_)); !status) return status;
+    for (std::size_t i = 0; i < plan_.paths.size(); ++i) {
+        auto setup = make_section_setup(request_.part, request_.nominal.get(), i, plan_.paths[i].z_mm);
+        if (!setup) return tl::unexpected(setup.error());
+        setups_.push_back(std::move(*setup));
+    }
+    restored_.resize(setups_.size());
+    done_.assign(setups_.size(), false);
+    return {};
+}
+
+ScanJob::Step ScanJob::recover() {
+    if (!request_.resume) {
+        auto origin = co_await machine_.begin_run(std::nullopt);
+        if (!origin) co_return tl::unexpected(origin.error());
+        if (auto status = start_journal(*origin); !status) co_return status;
+    } else {
+        auto journal = Journal::open(request_.run_file);
+        if (!journal) co_return tl::unexpected(journal.error());
+        journal_ = std::move(*journal);
+        const auto& header = journal_->header();
+        if (header.plan_hash != plan_.hash) {
+            co_return core::fail(core::ErrorCode::config_invalid,
+                                 request_.run_file + ": was planned from another part file; use the part file of that run");
+        }
+        request_.run_id = header.run_id;
+        request_.started_utc = header.started_utc;
+        const std::optional<drivers::RunOrigin> before =
+            drivers::RunOrigin{header.boot_id, header.sequence_shift, journal_->durable_sequence()};
+        auto origin = co_await machine_.begin_run(before);
+        if (!origin) co_return tl::unexpected(origin.error());
+        if (origin->boot_id != header.boot_id || origin->sequence_shift != header.sequence_shift) {
+            if (auto status = journal_->set_origin(origin->boot_id, origin->sequence_shift); !status) co_return status;
+        }
+        intake_ = std::make_unique<SampleIntake>(*journal_, events_);
+        auto drained = co_await machine_.drain(*intake_);
+        if (!drained) co_return tl::unexpected(drained.error());
+        if (auto status = journal_->flush(); !status) co_return status;
+        if (auto status = co_await restore_sections(); !status) co_return status;
+    }
+    if (!intake_) intake_ = std::make_unique<SampleIntake>(*journal_, events_);
+    events_.emit(EventKind::run_started, 0.0,
+                 JsonFields().add("run", request_.run_id).add("part", request_.part.name).add("machine", capabilities_.model)
+                     .add("sections", setups_.size()).add("ball_radius_mm", request_.part.stylus.radius_mm, 4).text());
+    co_return core::Status{};
+}
+
+core::Status ScanJob::start_journal(const drivers::RunOrigin& origin) {
+    Journal::Header header;
+    header.run_id = request_.run_id;
+    header.started_utc = request_.started_utc;
+    header.part_path = request_.part.path;
+    header.part_text = request_.part.text;
+    header.machine_url = request_.machine_url;
+    header.machine_model = capabilities_.model;
+    header.machine_serial = capabilities_.serial;
+    header.software_version = request_.software_version;
+    header.plan_hash = plan_.hash;
+    header.lsb_mm = capabilities_.lsb_mm;
+    header.boot_id = origin.boot_id;
+    header.sequence_shift = origin.sequence_shift;
+    header.ball_radius_mm = request_.part.stylus.radius_mm;
+    auto journal = Journal::create(request_.run_file, header);
+    if (!journal) return tl::unexpected(journal.error());
+    journal_ = std::move(*journal);
+    return {};
+}
+
+ScanJob::Step ScanJob::restore_sections() {
+    auto recorded = recorded_sections(*journal_);
+    if (!recorded) co_return tl::unexpected(recorded.error());
+    std::size_t samples = 0;
+    for (auto& section : *recorded) {
+        if (section.index >= setups_.size()) {
+            co_return core::fail(core::ErrorCode::journal_corrupt, request_.run_file + ": names a section that the plan does not have");
+        }
+        last_path_ = std::max(last_path_, section.last_path);
+        samples += section.points.size();
+        const std::size_t expected = plan_.paths[section.index].points.size();
+        if (section.finished || (expected > 0 && section.points.size() >= expected)) {
+            auto live = std::make_unique<LiveSection>(setups_[section.index], capabilities_.lsb_mm, core::PartFromMachine(), expected);
+            live->restore(section.points);
+            section_completed(std::move(live));
+        } else {
+            restored_[section.index] = std::move(section.points);
+        }
+    }
+    events_.emit(EventKind::resume, 0.0, JsonFields().add("samples", samples).add("paths", recorded->size()).text());
+    co_return co_await leave_part();
+}
+
+/// A run that was cut off may have left the probe on the part: back off along the normal before anything else moves.
+ScanJob::Step ScanJob::leave_part() {
+    auto now = co_await machine_.state();
+    if (!now) co_return tl::unexpected(now.error());
+    if (now->state == drivers::MachineState::stopped || now->state == drivers::MachineState::fault) {
+        if (auto status = co_await machine_.clear_fault(); !status) co_return status;
+    }
+    if (!now->homed) co_return core::Status{};
+    const auto open = std::find(done_.begin(), done_.end(), false);
+    const auto index = static_cast<std::size_t>(open == done_.end() ? done_.size() - 1 : open - done_.begin());
+    const auto direction = way_off(setups_[index], restored_[index], now->position_mm.head<2>(),
+                                   request_.part.stylus.radius_mm + request_.part.scan.approach_mm);
+    if (direction) {
+        Eigen::Vector3d target = now->position_mm;
+        target.head<2>() += *direction * request_.part.scan.approach_mm;
+        if (auto status = co_await machine_.move(target, plan_.approach_speed_mm_s); !status) co_return status;
+    }
+    co_return core::Status{};
+}
+
+ScanJob::Step ScanJob::home() {
+    auto now = co_await machine_.state();
+    if (!now) co_return tl::unexpected(now.error());
+    if (now->homed) co_return core::Status{};
+    progress("homing");
+    co_return co_await machine_.home();
+}
+
+ScanJob::Step ScanJob::qualify() {
+    auto now = co_await machine_.state();
+    if (!now) co_return tl::unexpected(now.error());
+    if (now->qualified && request_.resume) co_return core::Status{};
+    progress("qualifying the stylus");
+    co_return co_await machine_.qualify(request_.part.stylus.radius_mm);
+}
+
+boost::asio::awaitable<core::Result<bool>> ScanJob::approach() {
+    const auto open = std::find(done_.begin(), done_.end(), false);
+    if (open == done_.end()) co_return false;
+    section_ = static_cast<std::size_t>(open - done_.begin());
+    progress("to " + section_text(section_, setups_[section_].z_mm));
+    auto now = co_await machine_.state();
+    if (!now) co_return tl::unexpected(now.error());
+    const auto start = start_of_section(plan_, request_.part, section_, restored_[section_]);
+    for (const auto& point : travel_route(plan_, now->position_mm, start)) {
+        if (auto status = co_await machine_.move(point, plan_.travel_speed_mm_s); !status) {
+            core::Error error = status.error();
+            error.with_context("on the way to " + section_text(section_, setups_[section_].z_mm));
+            co_return tl::unexpected(std::move(error));
+        }
+    }
+    co_return true;
+}
+
+drivers::ScanPath ScanJob::next_path() const {
+    drivers::ScanPath path;
+    path.id = static_cast<std::uint16_t>(last_path_ + 1);
+    path.approach_mm = request_.part.scan.approach_mm;
+    path.search_mm = request_.part.scan.search_mm;
+    path.retract_mm = request_.part.scan.approach_mm;
+    return path;
+}
+
+std::unique_ptr<LiveSection> ScanJob::new_section(std::size_t index) const {
+    auto live = std::make_unique<LiveSection>(setups_[index], capabilities_.lsb_mm, core::PartFromMachine(),
+                                              plan_.paths[index].points.size());
+    live->restore(restored_[index]);
+    return live;
+}
+
+ScanJob::Step ScanJob::scan() {
+    const auto path = next_path();
+    last_path_ = path.id;
+    JournalPath entry;
+    entry.path = path.id;
+    entry.section = section_;
+    entry.first_index = static_cast<std::uint32_t>(restored_[section_].size());
+    if (auto status = journal_->begin_path(entry); !status) co_return status;
+    if (auto status = journal_->flush(); !status) co_return status;
+    events_.emit(EventKind::path_started, 0.0,
+                 JsonFields().add("section", section_).add("path", path.id).add("z_mm", setups_[section_].z_mm, 4)
+                     .add("points", plan_.paths[section_].points.size()).text());
+    progress(section_text(section_, setups_[section_].z_mm));
+    const bool unknown = plan_.paths[section_].points.empty();
+    core::Status status;
+    if (unknown) {
+        status = co_await scan_unknown(path);
+    } else {
+        status = co_await scan_planned(path);
+    }
+    auto left = intake_->end();
+    if (!status) {
+        if (left) finisher_->submit(std::move(left));
+        core::Error error = status.error();
+        error.with_context("while scanning " + section_text(section_, setups_[section_].z_mm));
+        co_return tl::unexpected(std::move(error));
+    }
+    if (left) section_completed(std::move(left));
+    done_[section_] = true;
+    co_return journal_->finish_path(path.id);
+}
+
+ScanJob::Step ScanJob::scan_planned(drivers::ScanPath path) {
+    const auto& planned = plan_.paths[section_].points;
+    const std::size_t first = std::min(restored_[section_].size(), planned.size());
+    SampleIntake::Completed completed = [this](std::unique_ptr<LiveSection> section) { section_completed(std::move(section)); };
+    intake_->begin(path.id, new_section(section_), std::move(completed));
+    drivers::PointList source(std::span(planned).subspan(first));
+    auto scanned = co_await machine_.scan(path, source, *intake_);
+    if (!scanned) co_return tl::unexpected(scanned.error());
+    co_return core::Status{};
+}
+
+void ScanJob::section_completed(std::unique_ptr<LiveSection> section) {
+    done_[section->setup().index] = true;
+    progress(section_text(section->setup().index, section->setup().z_mm) + ": " + std::to_string(section->points().size()) + " points");
+    finisher_->submit(std::move(section));
+}
+
+ScanJob::Step ScanJob::stop_machine() {
+    machine_.stop(drivers::StopKind::controlled);
+    // The link may be what failed: then the controller's own watchdog has stopped it, and there is nothing to ask.
+    auto now = co_await machine_.state();
+    if (!now) co_return tl::unexpected(now.error());
+    if (now->in_motion) {
+        co_return core::fail(core::ErrorCode::machine_fault, "the machine still moves after the stop", core::Motion::may_be_moving);
+    }
+    co_return core::Status{};
+}
+
+ScanJob::Step ScanJob::flush() {
+    if (!journal_) co_return core::Status{};
+    co_return journal_->flush();
+}
+
+double ScanJob::share_done() const {
+    double share = 0.0;
+    for (std::size_t i = 0; i < done_.size(); ++i) share += done_[i] ? 1.0 : 0.0;
+    return done_.empty() ? 0.0 : share / static_cast<double>(done_.size());
+}
+
+void ScanJob::progress(std::string text) {
+    if (show_progress_) show_progress_(share_done(), std::move(text));
+}
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <boost/asio/any_io_executor.hpp>
+#include <boost/asio/awaitable.hpp>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/events.hpp"
+#include "acquisition/journal.hpp"
+#include "acquisition/nominal.hpp"
+#include "acquisition/part_file.hpp"
+#include "acquisition/plan.hpp"
+#include "acquisition/sample_intake.hpp"
+#include "acquisition/section_finisher.hpp"
+#include "acquisition/session.hpp"
+#include "core/clock.hpp"
+#include "drivers/machine.hpp"
+
+namespace cmm::acquisition {
+
+struct ScanRequest {
+    PartFile part;
+    std::shared_ptr<const Nominal> nominal;   ///< nullptr: none
+    std::string run_file;                     ///< out/run.cmmrun
+    bool resume = false;
+    std::string machine_url;
+    std::string software_version;
+    std::string run_id, started_utc;
+};
+
+struct ScanOutcome {
+    PartResult result;                        ///< also of a run that failed: what was measured until then
+    std::optional<core::Error> error;
+    LatencySummary section_final;
+    std::uint64_t samples = 0;
+};
+
+/// One run: plans, drives the machine section by section, keeps every sample, judges every section while the next is
+/// measured. The shell round the table of session.hpp. Coroutines run on the machine's executor, which owns the job's state;
+/// fits run on a thread of the job's own. `request_stop` from any thread or signal handler thread.
+class ScanJob {
+  public:
+    ScanJob(ScanRequest request, drivers::Machine& machine, const core::Clock& clock, EventHub& events);
+    ~ScanJob();
+    ScanJob(const ScanJob&) = delete;
+    ScanJob& operator=(const ScanJob&) = delete;
+
+    /// Called on the executor now and then: share done (0...1) and a line of text.
+    void on_progress(std::function<void(double, std::string)> show) { show_progress_ = std::move(show); }
+    boost::asio::awaitable<ScanOutcome> run();
+    void request_stop() noexcept;
+
+  private:
+    using Step = boost::asio::awaitable<core::Status>;
+
+    boost::asio::awaitable<SessionInput> perform(SessionAction action);
+    Step connect();
+    Step recover();
+    Step restore_sections();
+    Step leave_part();
+    Step home();
+    Step qualify();
+    boost::asio::awaitable<core::Result<bool>> approach();
+    Step scan();
+    Step scan_planned(drivers::ScanPath path);
+    Step scan_unknown(drivers::ScanPath path);
+    Step stop_machine();
+    Step flush();
+    core::Status prepare();
+    core::Status start_journal(const drivers::RunOrigin& origin);
+    void section_completed(std::unique_ptr<LiveSection> section);
+    void report_fault(const core::Error& error);
+    void progress(std::string text);
+    drivers::ScanPath next_path() const;
+    std::unique_ptr<LiveSection> new_section(std::size_t index) const;
+    double share_done() const;
+
+    ScanRequest request_;
+    drivers::Machine& machine_;
+    EventHub& events_;
+    std::function<void(double, std::string)> show_progress_;
+    std::atomic<bool> stop_requested_{false};
+
+    SessionState state_ = SessionState::idle;
+    std::optional<core::Error> error_;
+    drivers::Capabilities capabilities_;
+    std::unique_ptr<Journal> journal_;
+    std::unique_ptr<SampleIntake> intake_;
+    Plan plan_;
+    std::vector<SectionSetup> setups_;
+    std::vector<std::vector<RecordedPoint>> restored_;   // resume: points of a section that was not finished
+    std::vector<bool> done_;
+    std::size_t section_ = 0;                            // under the probe
+    std::uint16_t last_path_ = 0;
+    std::unique_ptr<SectionFinisher> finisher_;
+};
+
+}  // namespace cmm::acquisition

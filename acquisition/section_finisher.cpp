@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/section_finisher.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "acquisition/event_payload.hpp"
+
+namespace cmm::acquisition {
+
+LatencySummary summarise(std::vector<double> times_ms) {
+    if (times_ms.empty()) return {};
+    std::sort(times_ms.begin(), times_ms.end());
+    // Nearest rank: the smallest time that the share of all times does not exceed.
+    const auto rank = [&](double share) {
+        const auto n = static_cast<double>(times_ms.size());
+        return times_ms[static_cast<std::size_t>(std::max(0.0, std::ceil(share * n) - 1.0))];
+    };
+    return {times_ms.size(), rank(0.50), rank(0.99), times_ms.back()};
+}
+
+SectionFinisher::SectionFinisher(EventHub& events, const core::Clock& clock)
+    : events_(events), clock_(clock), thread_([this] { work(); }) {}
+
+SectionFinisher::~SectionFinisher() {
+    {
+        const std::lock_guard lock(mutex_);
+        closing_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+}
+
+void SectionFinisher::submit(std::unique_ptr<LiveSection> section) {
+    {
+        const std::lock_guard lock(mutex_);
+        waiting_.push_back(std::move(section));
+    }
+    changed_.notify_all();
+}
+
+std::vector<SectionResult> SectionFinisher::take_all() {
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return waiting_.empty() && !busy_; });
+    std::sort(results_.begin(), results_.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
+    return std::exchange(results_, {});
+}
+
+LatencySummary SectionFinisher::latency() const {
+    const std::lock_guard lock(mutex_);
+    return summarise(latencies_ms_);
+}
+
+void SectionFinisher::work() {
+    std::unique_lock lock(mutex_);
+    while (true) {
+        changed_.wait(lock, [this] { return closing_ || !waiting_.empty(); });
+        if (waiting_.empty()) return;
+        const auto section = std::move(waiting_.front());
+        waiting_.pop_front();
+        busy_ = true;
+        lock.unlock();
+        auto result = finish_section(section->setup(), section->points());
+        const double latency_ms = core::seconds(clock_.now() - section->last_sample_host_time()) * 1e3;
+        announce(result, section->last_machine_time_s(), latency_ms);
+        lock.lock();
+        latencies_ms_.push_back(latency_ms);
+        results_.push_back(std::move(result));
+        busy_ = false;
+        changed_.notify_all();
+    }
+}
+
+void SectionFinisher::announce(const SectionResult& result, double t_machine_s, double latency_ms) {
+    events_.emit(EventKind::section_final, t_machine_s, final_payload(result, latency_ms));
+    for (const auto& point : result.points) {
+        if (point.verdict.reason == fitting::RejectReason::none) continue;
+        events_.emit(EventKind::point_rejected, t_machine_s, rejected_payload(result.index, point));
+    }
+    for (const auto& characteristic : result.characteristics) {
+        events_.emit(EventKind::characteristic_updated, t_machine_s, characteristic_payload(result.index, characteristic));
+    }
+    events_.emit(EventKind::gate_decision, t_machine_s, decision_payload(result.index, result.decision()));
+}
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "acquisition/events.hpp"
+#include "acquisition/live_section.hpp"
+#include "acquisition/section_result.hpp"
+#include "core/clock.hpp"
+
+namespace cmm::acquisition {
+
+/// p50, p99 and max of a set of times, milliseconds.
+struct LatencySummary {
+    std::size_t count = 0;
+    double p50_ms = 0.0, p99_ms = 0.0, max_ms = 0.0;
+};
+LatencySummary summarise(std::vector<double> times_ms);
+
+/// Fits and judges completed sections on a thread of its own, while the machine measures on, and announces them
+/// (SectionFinal, PointRejected, CharacteristicUpdated, GateDecision). `submit` never waits for a fit; any thread.
+class SectionFinisher {
+  public:
+    SectionFinisher(EventHub& events, const core::Clock& clock);
+    /// Waits for the fits under way.
+    ~SectionFinisher();
+    SectionFinisher(const SectionFinisher&) = delete;
+    SectionFinisher& operator=(const SectionFinisher&) = delete;
+
+    void submit(std::unique_ptr<LiveSection> section);
+    /// Waits until all submitted sections are finished and hands them over, by index.
+    std::vector<SectionResult> take_all();
+    /// From a section's last sample (host receive time) to its SectionFinal.
+    LatencySummary latency() const;
+
+  private:
+    void work();
+    void announce(const SectionResult& result, double t_machine_s, double latency_ms);
+
+    EventHub& events_;
+    const core::Clock& clock_;
+    mutable std::mutex mutex_;
+    std::condition_variable changed_;
+    std::deque<std::unique_ptr<LiveSection>> waiting_;
+    std::vector<SectionResult> results_;
+    std::vector<double> latencies_ms_;
+    bool busy_ = false, closing_ = false;
+    std::thread thread_;
+};
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/section_setup.hpp"
+
+#include <utility>
+
+#include "acquisition/evaluation.hpp"
+#include "core/text.hpp"
+
+namespace cmm::acquisition {
+
+core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nominal* nominal, std::size_t index, double z_mm) {
+    SectionSetup setup;
+    setup.index = index;
+    setup.name = std::to_string(index);
+    setup.z_mm = z_mm;
+    setup.ball_radius_mm = part.stylus.radius_mm;
+    setup.le_hint_mm = part.nominal.le_hint_mm;
+    setup.gate = part.gate;
+    if (nominal == nullptr) return setup;
+
+    auto contour = nominal->cut(z_mm);
+    if (!contour) return tl::unexpected(contour.error());
+    fitting::NominalOptions options;
+    options.le_hint = part.nominal.le_hint_mm;
+    auto analysed = fitting::analyse_nominal(contour->points, options);
+    if (!analysed) {
+        return core::fail(core::ErrorCode::input_invalid, "the nominal at z " + core::fixed(z_mm, 3) + " mm: " + analysed.error().text());
+    }
+    setup.nominal = SectionNominal{std::move(*contour), std::move(*analysed)};
+    return setup;
+}
+
+SectionResult finish_section(const SectionSetup& setup, std::vector<RecordedPoint> points) {
+    std::vector<Eigen::Vector2d> centres;
+    std::vector<fitting::RejectReason> excluded;
+    centres.reserve(points.size());
+    excluded.reserve(points.size());
+    for (const auto& point : points) {
+        centres.emplace_back(point.centre_mm.head<2>());
+        excluded.push_back(point.verdict.reason);
+    }
+    fitting::SectionOptions options;
+    options.ball_radius_mm = setup.ball_radius_mm;
+    options.le_hint = setup.le_hint_mm;
+    EvaluationOptions evaluation;
+    evaluation.profile_mm = setup.gate.profile_mm;
+    evaluation.edge_profile_mm = setup.gate.edge_profile_mm;
+    evaluation.ball_radius_mm = setup.ball_radius_mm;
+    std::span<const Eigen::Vector2d> nominal;
+    if (setup.nominal) {
+        options.le_hint = setup.nominal->section.le_point();
+        options.te_hint = setup.nominal->section.te_point();
+        options.lean_rad = setup.nominal->contour.lean_rad;
+        evaluation.lean_rad = setup.nominal->contour.lean_rad;
+        nominal = setup.nominal->contour.points;
+    }
+    auto fit = fitting::fit_section(centres, excluded, options);
+    SectionResult section;
+    section.index = setup.index;
+    section.name = setup.name;
+    section.z_mm = setup.z_mm;
+    section.points = std::move(points);
+    return evaluate_section(std::move(section), std::move(fit), nominal, evaluation);
+}
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+
+#include "acquisition/json_text.hpp"
+#include "acquisition/nominal.hpp"
+#include "acquisition/part_file.hpp"
+#include "app/commands.hpp"
+#include "app/console.hpp"
+#include "core/config.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "drivers/machine_file.hpp"
+
+namespace cmm::app {
+namespace {
+
+constexpr const char* part_keys = R"(part file (docs/part-file.md):
+  [part]    name, kind = "blade", serial
+  [nominal] kind = "sections" | "parametric" | "mesh" | "none", files, span = "auto" | "x" | "y" | "z", le_hint_mm
+  [nominal.blade] chord_root_mm, chord_tip_mm, thickness_root_mm, thickness_tip_mm, camber_deg, stagger_root_deg,
+            stagger_tip_deg, le_radius_mm, te_radius_mm, lean_x_deg, lean_y_deg, z_root_mm, z_tip_mm
+  [stylus]  radius_mm, shank_radius_mm, length_mm
+  [scan]    heights_mm or from_mm, to_mm, count; pitch_mm, edge_density, max_speed_mm_s, clearance_mm, approach_mm,
+            search_mm; without a nominal: start_mm, toward_mm, box_mm
+  [gate]    profile_mm, edge_profile_mm
+  [actual]  (simulation) kind, files, span, noise_um, bad_points_percent, thicken_mm, twist_deg, shift_mm; [actual.blade]
+machine file (config/machines/*.toml):
+  [link]    url, map, timeouts
+  [controller] (simulation) limits, speeds, sample clock
+register map (config/maps/*.toml): docs/protocol-modbus.md
+)";
+
+std::string kind_text(acquisition::NominalKind kind) {
+    switch (kind) {
+        case acquisition::NominalKind::sections: return "sections";
+        case acquisition::NominalKind::parametric: return "parametric";
+        case acquisition::NominalKind::mesh: return "mesh";
+        case acquisition::NominalKind::none: return "none";
+    }
+    return "none";
+}
+
+std::string shown(const acquisition::PartFile& part) {
+    acquisition::JsonFields fields;
+    fields.add("name", part.name).add("serial", part.serial).add("nominal", kind_text(part.nominal.kind));
+    std::string files;
+    for (const auto& file : part.nominal.files) files += (files.empty() ? "" : ",") + acquisition::json_string(file);
+    fields.raw("files", "[" + files + "]");
+    fields.add("stylus_radius_mm", part.stylus.radius_mm, 4).add("shank_radius_mm", part.stylus.shank_radius_mm, 4);
+    std::string heights;
+    for (const double z : part.scan.heights_mm) heights += (heights.empty() ? "" : ",") + core::fixed(z, 4);
+    fields.raw("heights_mm", "[" + heights + "]");
+    fields.add("pitch_mm", part.scan.pitch_mm, 4).add("edge_density", part.scan.edge_density, 3);
+    fields.add("max_speed_mm_s", part.scan.max_speed_mm_s, 3).add("clearance_mm", part.scan.clearance_mm, 3);
+    fields.add("profile_mm", part.gate.profile_mm, 4).add("edge_profile_mm", part.gate.edge_profile_mm, 4);
+    return "{" + fields.text() + "}";
+}
+
+/// A machine file has [link] or [controller]; anything else is taken for a part file.
+core::Result<bool> is_machine_file(const std::string& file) {
+    const auto root = core::ConfigTable::load(file);
+    if (!root) return tl::unexpected(root.error());
+    return root->has("link") || root->has("controller");
+}
+
+core::Result<std::string> checked(const std::string& file) {
+    const auto machine = is_machine_file(file);
+    if (!machine) return tl::unexpected(machine.error());
+    if (*machine) {
+        const auto link = drivers::load_link_settings(file);
+        if (!link) return tl::unexpected(link.error());
+        return "{" + acquisition::JsonFields().add("url", link->endpoint.text()).add("map", link->map_file)
+                         .add("response_timeout_ms", link->response_timeout_ms, 1).text() + "}";
+    }
+    const auto part = acquisition::load_part_file(file);
+    if (!part) return tl::unexpected(part.error());
+    const auto nominal = acquisition::load_nominal(part->nominal);
+    if (!nominal) return tl::unexpected(nominal.error());
+    return shown(*part);
+}
+
+}  // namespace
+
+int run_config(const ConfigOptions& options) {
+    if (options.action == "explain") {
+        if (options.json) {
+            std::printf("{%s}\n", acquisition::JsonFields().add("keys", part_keys).text().c_str());
+        } else {
+            std::printf("%s", part_keys);
+        }
+        return 0;
+    }
+    if (options.file.empty()) {
+        return report({core::ErrorCode::usage, "config " + options.action + " needs a file", {}, core::Motion::not_concerned}, options.json);
+    }
+    const auto content = checked(options.file);
+    if (!content) return report(content.error(), options.json);
+    if (options.json || options.action == "show") {
+        std::printf("%s\n", content->c_str());
+    } else {
+        std::printf("%s: right\n", options.file.c_str());
+    }
+    return 0;
+}
+
+}  // namespace cmm::app

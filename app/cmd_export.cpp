@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <filesystem>
+
+#include "acquisition/exports.hpp"
+#include "acquisition/json_text.hpp"
+#include "acquisition/run_results.hpp"
+#include "app/commands.hpp"
+#include "app/console.hpp"
+#include "app/run_input.hpp"
+
+namespace cmm::app {
+namespace {
+
+core::Status write(const acquisition::PartResult& result, const std::string& format, const std::string& out) {
+    if (format == "json") return acquisition::export_json(result, out);
+    if (format == "html") return acquisition::export_html(result, out);
+    std::error_code code;
+    std::filesystem::create_directories(out, code);
+    return acquisition::export_csv(result, out);
+}
+
+}  // namespace
+
+int run_export(const ExportOptions& options) {
+    const auto result = acquisition::results_of_run(run_file_of(options.input), nullptr);
+    if (!result) return report(result.error(), options.json);
+    if (auto status = write(*result, options.format, options.out); !status) return report(status.error(), options.json);
+    if (options.json) {
+        std::printf("{%s}\n", acquisition::JsonFields().add("format", options.format).add("out", options.out).text().c_str());
+    } else {
+        std::fprintf(stderr, "written: %s\n", options.out.c_str());
+    }
+    return 0;
+}
+
+}  // namespace cmm::app

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+/// One function a subcommand, each returns the exit code of the contract (docs/cli.md). main.cpp parses, these act.
+namespace cmm::app {
+
+struct DemoOptions {
+    std::string out = "demo-out";
+    std::string part;    ///< empty: config/parts/demo.toml
+    double speed = 1.0;  ///< times real time; 0 = as fast as it goes
+    std::uint64_t seed = 1;
+    std::string events;  ///< file, "-" = standard output, empty = none
+    bool json = false;
+};
+int run_demo(const DemoOptions& options);
+
+struct SimOptions {
+    std::string part, machine, map, log;
+    std::vector<std::string> listen;
+    double speed = 1.0;
+    std::uint64_t seed = 1;
+    bool json = false;
+};
+int run_sim(const SimOptions& options);
+
+struct ScanOptions {
+    std::string machine, part, out, events;
+    bool resume = false, dry_run = false, json = false;
+};
+int run_scan(const ScanOptions& options);
+
+struct PlanOptions {
+    std::string part, machine, out;
+    bool json = false;
+};
+int run_plan(const PlanOptions& options);
+
+struct FitOptions {
+    std::vector<std::string> inputs;
+    double stylus_radius_mm = -1.0;  ///< negative: from the part file or run file, else 1 mm is refused
+    std::string part, out;
+    bool json = false;
+};
+int run_fit(const FitOptions& options);
+
+struct GateOptions {
+    std::string input, gate;
+    bool json = false;
+};
+int run_gate(const GateOptions& options);
+
+struct ExportOptions {
+    std::string input, format, out;
+    bool json = false;
+};
+int run_export(const ExportOptions& options);
+
+struct DoctorOptions {
+    std::string machine;
+    bool json = false;
+};
+int run_doctor(const DoctorOptions& options);
+
+struct ConfigOptions {
+    std::string action, file;  ///< check, show, explain
+    bool json = false;
+};
+int run_config(const ConfigOptions& options);
+
+}  // namespace cmm::app

@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <functional>
+
+#include "app/commands.hpp"
+#include "app/console.hpp"
+
+namespace {
+
+using Action = std::function<int()>;
+
+/// Declares every subcommand; the chosen one's action is left in `action`.
+class CommandLine {
+  public:
+    explicit CommandLine(Action& action) : action_(action) {
+        app_.set_version_flag("--version", "cmmlive " + cmm::app::version());
+        app_.require_subcommand(1);
+        app_.footer("Exit codes: 0 accepted or done, 1 rejected, 2 undecided, 3 usage or input, 4 machine, 5 link, 6 storage, "
+                    "70 internal.\nDocumentation: docs/cli.md");
+        add_demo();
+        add_sim();
+        add_scan();
+        add_plan();
+        add_fit();
+        add_gate();
+        add_export();
+        add_doctor();
+        add_config();
+    }
+
+    CLI::App& app() { return app_; }
+
+  private:
+    template <class Options>
+    CLI::App* add(const char* name, const char* text, Options& options, int (*run)(const Options&)) {
+        CLI::App* command = app_.add_subcommand(name, text);
+        command->add_flag("--json", options.json, "one JSON document on standard output, everything else on standard error");
+        command->final_callback([this, &options, run] { action_ = [&options, run] { return run(options); }; });
+        return command;
+    }
+
+    void add_demo() {
+        auto* c = add("demo", "scan a blade on an embedded simulated machine and judge it", demo_, cmm::app::run_demo);
+        c->add_option("--out", demo_.out, "folder for the results")->capture_default_str();
+        c->add_option("--part", demo_.part, "part file (default: the demo blade)");
+        c->add_option("--speed", demo_.speed, "times real time; 0 = as fast as it goes")->check(CLI::NonNegativeNumber)->capture_default_str();
+        c->add_option("--seed", demo_.seed, "of noise and bad points")->capture_default_str();
+        c->add_option("--events", demo_.events, "write the event stream as NDJSON to this file, - for standard output");
+    }
+
+    void add_sim() {
+        auto* c = add("sim", "be a CMM controller: a process of its own that any Modbus client can drive", sim_, cmm::app::run_sim);
+        c->add_option("--part", sim_.part, "what lies on the machine")->required();
+        c->add_option("--machine", sim_.machine, "limits, speeds, sample clock (default: config/machines/sim.toml)");
+        c->add_option("--map", sim_.map, "register map (default: config/maps/cmm-v1.toml)");
+        c->add_option("--listen", sim_.listen, "modbus+tcp://127.0.0.1:1502; port 0 takes a free one and prints it")->required();
+        c->add_option("--speed", sim_.speed, "times real time; 0 = as fast as it goes")->check(CLI::NonNegativeNumber)->capture_default_str();
+        c->add_option("--seed", sim_.seed, "of noise and bad points")->capture_default_str();
+        c->add_option("--log", sim_.log, "the simulator's own record of every sample, with the truth, as CSV");
+    }
+
+    void add_scan() {
+        auto* c = add("scan", "scan a part on a machine and judge it", scan_, cmm::app::run_scan);
+        c->add_option("--machine", scan_.machine, "machine file or URL, e.g. modbus+tcp://host:502")->required();
+        c->add_option("--part", scan_.part, "part file")->required();
+        c->add_option("--out", scan_.out, "folder for the run file and the results");
+        c->add_flag("--resume", scan_.resume, "go on with the run in --out");
+        c->add_flag("--dry-run", scan_.dry_run, "plan and check, move nothing");
+        c->add_option("--events", scan_.events, "write the event stream as NDJSON to this file, - for standard output");
+    }
+
+    void add_plan() {
+        auto* c = add("plan", "plan the paths, check them, say what would happen", plan_, cmm::app::run_plan);
+        c->add_option("--part", plan_.part, "part file")->required();
+        c->add_option("--machine", plan_.machine, "machine file: its limits are checked as well");
+        c->add_option("--out", plan_.out, "write the plan to this file");
+    }
+
+    void add_fit() {
+        auto* c = add("fit", "fit recorded points or a run file, the same way as a scan", fit_, cmm::app::run_fit);
+        c->add_option("input", fit_.inputs, "point files (.csv .xyz .asc .txt .crv .curve) or a run file (.cmmrun)")->required();
+        c->add_option("--stylus-radius", fit_.stylus_radius_mm, "of the ball in mm; 0: the points lie on the part")->check(CLI::NonNegativeNumber);
+        c->add_option("--part", fit_.part, "part file: nominal, stylus and gate");
+        c->add_option("--out", fit_.out, "folder for the results")->required();
+    }
+
+    void add_gate() {
+        auto* c = add("gate", "judge a finished run again", gate_, cmm::app::run_gate);
+        c->add_option("run", gate_.input, "run file or output folder")->required();
+        c->add_option("--gate", gate_.gate, "file with a [gate] table (a part file will do)")->required();
+    }
+
+    void add_export() {
+        auto* c = add("export", "write the results of a run in another form", export_, cmm::app::run_export);
+        c->add_option("run", export_.input, "run file or output folder")->required();
+        c->add_option("--format", export_.format, "csv (a folder), json, html")->required()->check(CLI::IsMember({"csv", "json", "html"}));
+        c->add_option("--out", export_.out, "file or, for csv, folder")->required();
+    }
+
+    void add_doctor() {
+        auto* c = add("doctor", "check this installation and, with --machine, the link to a machine", doctor_, cmm::app::run_doctor);
+        c->add_option("--machine", doctor_.machine, "machine file or URL");
+    }
+
+    void add_config() {
+        auto* c = add("config", "check a configuration file, show it resolved, or explain the keys", config_, cmm::app::run_config);
+        c->add_option("action", config_.action, "check, show or explain")->required()->check(CLI::IsMember({"check", "show", "explain"}));
+        c->add_option("file", config_.file, "part or machine file");
+    }
+
+    CLI::App app_{"cmmlive: drives a coordinate measuring machine and judges the part while it is measured", "cmmlive"};
+    Action& action_;
+    cmm::app::DemoOptions demo_;
+    cmm::app::SimOptions sim_;
+    cmm::app::ScanOptions scan_;
+    cmm::app::PlanOptions plan_;
+    cmm::app::FitOptions fit_;
+    cmm::app::GateOptions gate_;
+    cmm::app::ExportOptions export_;
+    cmm::app::DoctorOptions doctor_;
+    cmm::app::ConfigOptions config_;
+};
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        Action action;
+        CommandLine line(action);
+        try {
+            line.app().parse(argc, argv);
+        } catch (const CLI::ParseError& error) {
+            const int code = line.app().exit(error);
+            return code == 0 ? 0 : 3;
+        }
+        return action();
+    } catch (const std::exception& error) {
+        return cmm::app::report({cmm::core::ErrorCode::internal, error.what(), {}, cmm::core::Motion::unknown}, false);
+    }
+}

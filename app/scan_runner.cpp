@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/scan_runner.hpp"
+
+#include <unistd.h>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/strand.hpp>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <filesystem>
+#include <optional>
+#include <random>
+
+#include "acquisition/exports.hpp"
+#include "acquisition/scan_job.hpp"
+#include "app/console.hpp"
+#include "core/text.hpp"
+#include "drivers/registry.hpp"
+
+namespace cmm::app {
+namespace {
+
+namespace asio = boost::asio;
+
+std::uint64_t random_seed() {
+    std::random_device device;
+    return (static_cast<std::uint64_t>(device()) << 32U) | device();
+}
+
+std::string new_run_id(const std::string& started_utc) {
+    char text[32];
+    std::snprintf(text, sizeof text, "-%08x", static_cast<unsigned>(random_seed()));
+    return started_utc + text;
+}
+
+core::Status prepare_folder(const std::string& out, bool resume) {
+    std::error_code code;
+    std::filesystem::create_directories(out, code);
+    if (code) return core::fail(core::ErrorCode::journal_io, out + ": the folder cannot be made: " + code.message());
+    const std::string run_file = out + "/run.cmmrun";
+    const bool exists = std::filesystem::exists(run_file, code);
+    if (resume && !exists) return core::fail(core::ErrorCode::input_missing, run_file + ": there is no run to resume");
+    if (!resume && exists) {
+        return core::fail(core::ErrorCode::usage, run_file + ": holds a run already; go on with it by --resume, or choose another --out");
+    }
+    return {};
+}
+
+core::Result<acquisition::ScanRequest> make_request(const RunnerOptions& options, const std::string& machine_url) {
+    acquisition::ScanRequest request;
+    auto part = acquisition::load_part_file(options.part);
+    if (!part) return tl::unexpected(part.error());
+    auto nominal = acquisition::load_nominal(part->nominal);
+    if (!nominal) return tl::unexpected(nominal.error());
+    request.part = std::move(*part);
+    request.nominal = std::move(*nominal);
+    request.run_file = options.out + "/run.cmmrun";
+    request.resume = options.resume;
+    request.machine_url = machine_url;
+    request.software_version = "cmmlive " + version();
+    request.started_utc = utc_now();
+    request.run_id = new_run_id(request.started_utc);
+    return request;
+}
+
+}  // namespace
+
+int print_result(const acquisition::PartResult& result, const std::string& out, bool json) {
+    const int code = exit_code(result.verdict());
+    if (json) {
+        std::printf("%s\n", acquisition::result_json(result).c_str());
+    } else {
+        std::printf("%s", acquisition::summary_text(result).c_str());
+        std::printf("files: %s (open report.html)\n", out.c_str());
+    }
+    return code;
+}
+
+int run_main_job(const RunnerOptions& options) {
+    const auto fail = [&](const core::Error& error) { return report(error, options.json); };
+    auto link = drivers::link_settings_from(options.machine);
+    if (!link) return fail(link.error());
+    if (auto status = prepare_folder(options.out, options.resume); !status) return fail(status.error());
+    auto request = make_request(options, link->endpoint.text());
+    if (!request) return fail(request.error());
+    auto event_file = EventFile::open(options.events);
+    if (!event_file) return fail(event_file.error());
+
+    const core::SystemClock clock;
+    acquisition::EventHub events(clock);
+    if (*event_file) events.listen([file = *event_file](const acquisition::Event& event) { file->write(event); });
+
+    asio::io_context context;
+    const auto strand = asio::make_strand(context);
+    const auto registry = drivers::standard_registry();
+    auto machine = registry.make(*link, drivers::DriverContext{strand, clock, random_seed()});
+    if (!machine) return fail(machine.error());
+
+    Progress progress(options.json && ::isatty(STDERR_FILENO) == 0);
+    if (!options.title.empty()) progress.line(options.title);
+    acquisition::ScanJob job(std::move(*request), **machine, clock, events);
+    job.on_progress([&](double share, const std::string& text) { progress.show(share, text); });
+
+    std::optional<acquisition::ScanOutcome> outcome;
+    asio::signal_set signals(context, SIGINT, SIGTERM);
+    signals.async_wait([&](const boost::system::error_code& code, int) {
+        if (!code) job.request_stop();
+    });
+    auto done = [&](const std::exception_ptr& thrown, acquisition::ScanOutcome result) {
+        if (thrown) std::rethrow_exception(thrown);
+        outcome = std::move(result);
+        signals.cancel();
+    };
+    asio::co_spawn(strand, job.run(), done);
+    context.run();
+
+    if (outcome->samples > 0 || !outcome->result.sections.empty()) {
+        if (auto status = acquisition::write_outputs(outcome->result, options.out); !status && !outcome->error) {
+            outcome->error = status.error();
+        }
+    }
+    if (outcome->error) return fail(*outcome->error);
+    progress.show(1.0, "done");
+    const auto& latency = outcome->section_final;
+    progress.line(std::to_string(outcome->samples) + " points; section result after its last point: p50 " +
+                  core::fixed(latency.p50_ms, 1) + " ms, p99 " + core::fixed(latency.p99_ms, 1) + " ms, max " +
+                  core::fixed(latency.max_ms, 1) + " ms");
+    return print_result(outcome->result, options.out, options.json);
+}
+
+}  // namespace cmm::app

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+/// Measurements that are printed, never asserted: the machine may be busy. Times are wall time of one thread unless said.
+namespace cmm::bench {
+
+struct Spread {
+    double low = 0.0, median = 0.0, high = 0.0;
+};
+
+/// `repeats` runs of `work`, each timed; seconds.
+Spread time_of(int repeats, const std::function<void()>& work);
+void print(const std::string& what, const Spread& value, const std::string& unit, const std::string& target);
+/// Peak resident memory of this process so far, MB.
+double peak_memory_mb();
+
+/// Samples a second from the simulator's FIFO over Modbus TCP into the durable journal and the live section.
+void bench_chain(const std::string& config_folder);
+/// Microseconds a sample in the live section, milliseconds a section fit, memory for a million samples.
+void bench_sections();
+
+}  // namespace cmm::bench
