@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/plan_check.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "core/text.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+using Eigen::Vector3d;
+
+std::string at_section(const PlannedPath& path) {
+    return "section " + std::to_string(path.section + 1) + " (z " + core::fixed(path.z_mm, 3) + " mm): ";
+}
+
+std::string point_text(const Eigen::Vector2d& p) {
+    return "x " + core::fixed(p.x(), 3) + ", y " + core::fixed(p.y(), 3) + " mm";
+}
+
+class PlanCheck {
+  public:
+    PlanCheck(const Plan& plan, const PartFile& part) : plan_(plan), part_(part) {}
+
+    void limits(const drivers::Capabilities& machine) {
+        for (const auto& path : plan_.paths) {
+            std::vector<Vector3d> visited = path.approach_route;
+            for (const auto& point : path.points) {
+                visited.push_back(point.centre_mm);
+                visited.push_back(above(point, std::max(plan_.approach_mm, plan_.search_mm)));
+            }
+            for (const auto& end : {path.start_mm, path.toward_mm}) {
+                if (end) visited.emplace_back(end->x(), end->y(), path.z_mm);
+            }
+            for (const auto& p : visited) {
+                if (!within(p, machine, path)) break;  // one finding a section is enough
+            }
+        }
+    }
+
+    void travel() {
+        for (const auto& path : plan_.paths) {
+            if (path.points.empty()) continue;
+            if (path.approach_route.empty()) {
+                add(Severity::error, at_section(path) + "no free way for the stylus to its first point");
+                continue;
+            }
+            for (std::size_t i = 0; i + 1 < path.approach_route.size(); ++i)
+                leg(path, path.approach_route[i], path.approach_route[i + 1]);
+        }
+    }
+
+    void shank() {
+        const auto& stylus = plan_.clearance.stylus;
+        for (const auto& path : plan_.paths) {
+            double worst = 0.0, height = 0.0;
+            for (const auto& obstacle : plan_.clearance.obstacles) {
+                const double rise = obstacle.z_mm - path.z_mm;
+                if (rise <= stylus.radius_mm || rise > stylus.length_mm) continue;
+                for (const auto& point : path.points) {
+                    const double depth =
+                        stylus.shank_radius_mm - distance_to_outline(point.centre_mm.head<2>(), obstacle.outline);
+                    if (depth <= worst) continue;
+                    worst = depth;
+                    height = obstacle.z_mm;
+                }
+            }
+            if (worst <= 0.0) continue;
+            const double angle = std::atan2(worst, height - path.z_mm) * 180.0 / std::acos(-1.0);
+            add(Severity::warning, at_section(path) + "a shank that hangs straight down would enter the part by " +
+                                       core::length_text(worst) + " at z " + core::fixed(height, 3) +
+                                       " mm; incline the stylus by " + core::fixed(std::ceil(angle), 0) +
+                                       " degrees or more, or use a longer, thinner one");
+        }
+    }
+
+    void concave_places() {
+        for (const auto& path : plan_.paths) {
+            for (const auto& place : path.unreached) {
+                add(Severity::warning, at_section(path) + "the ball (radius " + core::fixed(part_.stylus.radius_mm, 3) +
+                                           " mm) does not fit the concave place at " + point_text(place.position_mm) +
+                                           "; it is bridged, " + core::length_text(place.depth_mm) + " deep");
+            }
+        }
+    }
+
+    void clock(const drivers::Capabilities& machine) {
+        if (machine.sample_rate_hz <= 0.0) return;
+        double shortest_s = std::numeric_limits<double>::max();
+        for (const auto& path : plan_.paths) {
+            for (std::size_t i = 1; i < path.points.size(); ++i) {
+                const double step = (path.points[i].centre_mm - path.points[i - 1].centre_mm).norm();
+                shortest_s = std::min(shortest_s, step / path.points[i].speed_mm_s);
+            }
+        }
+        if (shortest_s * machine.sample_rate_hz < 1.0) {
+            add(Severity::warning, "the points come faster than the machine's sample clock (" +
+                                       core::fixed(machine.sample_rate_hz, 0) + " Hz); the machine will slow down");
+        }
+    }
+
+    void duration() {
+        std::size_t points = 0;
+        for (const auto& path : plan_.paths)
+            points += path.points.size();
+        if (points == 0) return;
+        add(Severity::note, std::to_string(plan_.paths.size()) + " sections, " + std::to_string(points) + " points, " +
+                                core::fixed(plan_.length_mm, 1) + " mm of scan, about " +
+                                core::fixed(plan_.duration_s, 0) + " s");
+    }
+
+    std::vector<Finding> findings;
+
+  private:
+    void add(Severity severity, std::string text) { findings.push_back({severity, std::move(text)}); }
+
+    bool within(const Vector3d& p, const drivers::Capabilities& machine, const PlannedPath& path) {
+        for (Eigen::Index k = 0; k < 3; ++k) {
+            if (p[k] >= machine.limit_min_mm[k] && p[k] <= machine.limit_max_mm[k]) continue;
+            const std::string axis(1, "xyz"[k]);
+            add(Severity::error, at_section(path) + axis + " = " + core::fixed(p[k], 3) +
+                                     " mm lies outside the machine's travel (" +
+                                     core::fixed(machine.limit_min_mm[k], 3) + " mm to " +
+                                     core::fixed(machine.limit_max_mm[k], 3) + " mm)");
+            return false;
+        }
+        return true;
+    }
+
+    /// A straight travel between two way points. Its last stretch down to the start of the scan may come as near as the
+    /// start is.
+    void leg(const PlannedPath& path, const Vector3d& from, const Vector3d& to) {
+        const double length = (to - from).norm();
+        const auto steps = static_cast<int>(std::ceil(length / 0.5));
+        for (int k = 1; k < steps; ++k) {
+            const Vector3d p = from + (to - from) * (static_cast<double>(k) / steps);
+            // Only the ball and the plane it travels in: what the shank meets above is the other check's.
+            for (const auto& obstacle : plan_.clearance.obstacles) {
+                if (std::abs(obstacle.z_mm - p.z()) > part_.stylus.radius_mm) continue;
+                if (distance_to_outline(p.head<2>(), obstacle.outline) > part_.stylus.radius_mm) continue;
+                add(Severity::error,
+                    at_section(path) + "the travel to its first point cuts the part at " + point_text(p.head<2>()));
+                return;
+            }
+        }
+    }
+
+    const Plan& plan_;
+    const PartFile& part_;
+};
+
+}  // namespace
+
+std::string_view to_string(Severity severity) noexcept {
+    return severity == Severity::error ? "error" : severity == Severity::warning ? "warning" : "note";
+}
+
+std::vector<Finding> check_plan(const Plan& plan, const PartFile& part, const Nominal* nominal,
+                                const drivers::Capabilities* capabilities) {
+    PlanCheck check(plan, part);
+    if (capabilities != nullptr) {
+        check.limits(*capabilities);
+        check.clock(*capabilities);
+    }
+    if (nominal != nullptr) {
+        check.travel();
+        check.shank();
+        check.concave_places();
+    }
+    check.duration();
+    std::stable_sort(check.findings.begin(), check.findings.end(),
+                     [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
+    return std::move(check.findings);
+}
+
+core::Status require_sound(const std::vector<Finding>& findings) {
+    std::string text;
+    for (const auto& finding : findings) {
+        if (finding.severity == Severity::error) text += (text.empty() ? "" : "; ") + finding.text;
+    }
+    if (text.empty()) return {};
+    return core::fail(core::ErrorCode::plan_invalid, std::move(text), core::Motion::stopped);
+}
+
+}  // namespace cmm::acquisition
