@@ -78,41 +78,51 @@ class Finder {
         return spline_residual(points_[a], points_[b], points_[c], points_[d], points_[i]);
     }
 
+    /// The q-quantile of `from` over the points low ... high of the chain (offsets from `centre`, wrapped when closed).
+    double quantile(const std::vector<double>& from, std::size_t centre, std::ptrdiff_t low, std::ptrdiff_t high,
+                    double q) {
+        work_.clear();
+        const auto n = static_cast<std::ptrdiff_t>(n_), middle = static_cast<std::ptrdiff_t>(centre);
+        for (std::ptrdiff_t k = middle + low; k <= middle + high; ++k)
+            if (closed_ || (k >= 0 && k < n)) work_.push_back(from[static_cast<std::size_t>((k % n + n) % n)]);
+        if (work_.empty()) return 0.0;
+        const auto nth = work_.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(work_.size() - 1));
+        std::nth_element(work_.begin(), nth, work_.end());
+        return *nth;
+    }
+
     void set_thresholds(double floor) {
         threshold_.assign(n_, floor);
-        std::vector<double> magnitude(n_), turn(n_, 0.0), step(n_, 0.0);
+        std::vector<double> magnitude(n_), curvature(n_, 0.0), step(n_, 0.0);
         for (std::size_t i = 0; i < n_; ++i) {
             magnitude[i] = std::abs(residual_[i]);
             if (prev_[i] == none || next_[i] == none) continue;
             const Vec2 in = points_[i] - points_[prev_[i]], out = points_[next_[i]] - points_[i];
-            turn[i] = std::abs(turn_angle(in, out));
-            step[i] = 0.5 * (in.norm() + out.norm());
+            step[i] = std::max(in.norm(), out.norm());
+            curvature[i] = turn_angle(in, out) / (0.5 * (in.norm() + out.norm()));
         }
-        std::vector<double> work;
-        const auto quantile = [&](const std::vector<double>& from, std::size_t centre, std::size_t reach, double q) {
-            work.clear();
-            for (std::size_t k = 0; k <= 2 * reach; ++k) {
-                const std::size_t at = centre + n_ - reach % n_ + k;
-                if (closed_ || (centre + k >= reach && centre + k - reach < n_)) work.push_back(from[at % n_]);
-            }
-            const auto nth = work.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(work.size() - 1));
-            std::nth_element(work.begin(), nth, work.end());
-            return *nth;
-        };
-        const std::size_t reach = std::min<std::size_t>(24, n_ / 4);
+        const auto reach = static_cast<std::ptrdiff_t>(std::min<std::size_t>(24, n_ / 4));
         double scatter = 0.0;
         for (std::size_t i = 0; i < n_; ++i) {
             // Four clean tenths are enough to see the noise among the five residuals that each bad point spoils.
-            if (i % 8 == 0) scatter = quantile(magnitude, i, reach, 0.4) / 0.5244;
-            // Sampling of a circle by steps of angle g leaves r g^4 / 6 = h g^3 / 6; four times that is not a bad
-            // point.
-            const double g = turn[i] > 0.15 ? quantile(turn, i, std::min<std::size_t>(4, n_ / 4), 0.5) : 0.0;
-            threshold_[i] = std::max({floor, scatter_factor * scatter, 0.7 * step[i] * g * g * g});
+            if (i % 8 == 0) scatter = quantile(magnitude, i, -reach, reach, 0.4) / 0.5244;
+            threshold_[i] = std::max(floor, scatter_factor * scatter) + sampling_error(curvature, step[i], i);
         }
-        work = magnitude;
-        const auto middle = work.begin() + static_cast<std::ptrdiff_t>(work.size() / 2);
-        std::nth_element(work.begin(), middle, work.end());
-        sigma_ = *middle / 0.6745 / quadruple_gain;
+        sigma_ = quantile(magnitude, 0, 0, static_cast<std::ptrdiff_t>(n_) - 1, 0.5) / 0.6745 / quadruple_gain;
+    }
+
+    /// What the cubic of a good point's neighbours may miss by sampling alone. On a circle, steps h of angle g leave
+    /// h g^3 / 6; where the curvature jumps by d (edge to side) h^2 d / 16. Four and two times that. A bad point that
+    /// feigns curvature raises this by an eighth of its own size only.
+    double sampling_error(const std::vector<double>& curvature, double h, std::size_t i) {
+        const std::ptrdiff_t reach = n_ < 32 ? 3 : 7;
+        const double least = 0.05 / std::max(h, 1e-9);
+        if (std::abs(curvature[i]) < least && std::abs(curvature[(i + 1) % n_]) < least &&
+            std::abs(curvature[(i + n_ - 1) % n_]) < least)
+            return 0.0;
+        const double before = quantile(curvature, i, -reach, -1, 0.5), after = quantile(curvature, i, 1, reach, 0.5);
+        const double g = std::min(1.5, h * 0.5 * std::abs(before + after));
+        return 0.7 * h * g * g * g + h * h * std::abs(after - before) / 8.0;
     }
 
     void kill(std::size_t i) {
@@ -250,7 +260,7 @@ class Finder {
     std::size_t n_;
     std::vector<std::size_t> prev_, next_;  // living neighbours
     std::vector<char> alive_;
-    std::vector<double> residual_, threshold_;
+    std::vector<double> residual_, threshold_, work_;
     std::vector<std::size_t> region_;
     std::vector<std::uint64_t> visited_;
     double best_score_ = 0.0, sigma_ = 0.0;

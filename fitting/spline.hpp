@@ -37,7 +37,10 @@ class PiecewiseCubic {
     PiecewiseCubic() = default;
     PiecewiseCubic(std::vector<double> breaks, std::vector<Piece> pieces, bool closed);
 
-    Jet jet(double t) const { return jet_in(span_of(t), t); }
+    Jet jet(double t) const {
+        const std::size_t span = span_of(t);
+        return jet_in(span, t);
+    }
     /// The piece that holds t, which is first brought into the period; `near` is where the search begins.
     std::size_t span_of(double& t, std::size_t near) const;
     std::size_t span_of(double& t) const { return span_of(t, pieces_.size() / 2); }
