@@ -61,9 +61,18 @@ struct ModbusServer::Client {
     }
 
     void serve(RegisterDevice& device) {
-        receive();
+        send();
+        if (out.size() < most_unsent) receive();
+        // Afterwards either no complete request is left or replies are, so that the next wake-up goes on.
+        while (alive && answer_some(device))
+            send();
+    }
+
+  private:
+    /// Answers complete requests as long as there is room for replies; false if it answered none.
+    bool answer_some(RegisterDevice& device) {
         std::size_t used = 0;
-        while (alive && out.size() < most_unsent) {
+        while (out.size() < most_unsent) {
             mbap::Frame frame;
             const auto parse = mbap::next_frame(std::span<const std::uint8_t>(in).subspan(used), frame);
             if (parse == mbap::Parse::malformed) alive = false;
@@ -72,10 +81,9 @@ struct ModbusServer::Client {
             used += frame.size;
         }
         in.erase(in.begin(), in.begin() + static_cast<std::ptrdiff_t>(used));
-        send();
+        return used > 0;
     }
 
-  private:
     void receive() {
         std::array<std::uint8_t, 16384> buffer;
         const ssize_t got = ::recv(socket.get(), buffer.data(), buffer.size(), 0);

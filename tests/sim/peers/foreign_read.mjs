@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads identity and status with the npm client jsmodbus, written from docs/protocol-modbus.md alone.
-//   NODE_PATH=<folder>/node_modules node foreign_read.mjs PORT
+//   [NODE_PATH=<folder>/node_modules] node foreign_read.mjs PORT
 // The exit code is 1 when a check failed, 77 when jsmodbus is not installed.
 import net from 'node:net';
-import path from 'node:path';
 import { createRequire } from 'node:module';
 
 let jsmodbus;
 try {
-  jsmodbus = createRequire(path.join(process.cwd(), 'x.js'))('jsmodbus');
+  jsmodbus = createRequire(import.meta.url)('jsmodbus');
 } catch {
   console.log('jsmodbus is not installed');
   process.exit(77);
