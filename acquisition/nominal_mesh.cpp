@@ -17,8 +17,8 @@ using Eigen::Vector2d;
 
 // A spline through the bare corners of facets would swing between them: facets are cut into steps of at most this, and
 // corners nearer to each other than the second are one.
-constexpr double widest_step_mm = 0.1;
-constexpr double same_corner_mm = 0.005;
+constexpr double widest_step_mm = 0.05;
+constexpr double same_corner_mm = 0.002;
 // Slivers of a scanned mesh face anywhere; the lean is what all but this share of the contour stays below.
 constexpr double sliver_share = 0.02;
 

@@ -208,7 +208,7 @@ TEST(MeshNominal, MatchesTheKnownCutsOfTheEngineBlade) {
             polygon.emplace_back(p.head<2>());
         const auto contour = cut(**nominal, std::stod(z));
         EXPECT_LT(largest_distance(contour.points, polygon), 1e-3);
-        EXPECT_LT(largest_distance(polygon, contour.points), 6e-3);  // corners nearer than 5 um are one
+        EXPECT_LT(largest_distance(polygon, contour.points), 3e-3);  // corners nearer than 2 um are one
         EXPECT_GT(signed_area(contour.points), 0.0);
     }
 }
