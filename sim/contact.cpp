@@ -8,7 +8,7 @@ namespace cmm::sim {
 
 namespace {
 
-constexpr double tight_mm = 1e-9;
+constexpr double tight_mm = 1e-8;
 constexpr double graze_mm = 1e-7;
 // Steps are never shorter: what a line can dip into a ball-sized rounding within one is h^2 / 8 r, below the graze
 // tolerance.

@@ -16,7 +16,7 @@ struct BallContact {
 };
 
 /// The ball's place on the line start + s direction, search_min <= s <= search_max, where it comes into contact when it
-/// moves in `direction` (into the material), to 1e-9 mm. From a free start the first contact ahead, or, where there is
+/// moves in `direction` (into the material), to 1e-8 mm. From a free start the first contact ahead, or, where there is
 /// none, the nearest one behind; from a start inside the contact behind it, on the side the ball came from. A line that
 /// only grazes counts as contact when it comes within 1e-7 mm. No contact within the limits: nothing. Pure but for
 /// `warm`.

@@ -18,8 +18,8 @@ struct PatchSurface::Foot {
 namespace {
 
 constexpr int most_iterations = 40;
-// The distance changes with the square of the foot's error: this leaves it exact to the last digits of a double.
-constexpr double foot_tolerance_mm = 1e-8;
+// A Newton step this short ends within about its square of the foot, and the distance errs with the square of that.
+constexpr double foot_tolerance_mm = 1e-6;
 
 struct Step {
     double u, v;

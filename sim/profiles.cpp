@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/profiles.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -9,7 +10,7 @@ namespace cmm::sim {
 
 namespace {
 
-constexpr double same_point_mm = 1e-6;
+constexpr double same_point_mm = 1e-4;
 
 double signed_area(const Points& loop) {
     double twice = 0.0;

@@ -20,8 +20,8 @@ using core::Status;
 
 namespace {
 
-constexpr double closing_mm = 1e-6;
-constexpr double plane_mm = 0.01;  // heights nearer than this are one plane
+constexpr double closing_mm = 1e-4;  // a tenth of a micrometre: files round
+constexpr double plane_mm = 0.01;    // heights nearer than this are one plane
 
 std::string lower(std::string_view text) {
     std::string copy(text);

@@ -118,7 +118,7 @@ TEST(PatchSurface, TwistedBladeHasTheTrueSpatialDistance) {
         const Eigen::Vector3d p =
             on + Eigen::Vector3d(rng.uniform(-2.0, 2.0), rng.uniform(-2.0, 2.0), rng.uniform(-2.0, 2.0));
         // Coarse to fine search over the whole patch around the best place so far.
-        double best = std::numeric_limits<double>::max(), bu = 0.0, bv = 30.0, wu = period / 2.0, wv = 30.0;
+        double best = std::numeric_limits<double>::max(), bu = 0.0, bv = p.z(), wu = period / 2.0, wv = 4.0;
         for (int level = 0; level < 40; ++level) {
             const double cu = bu, cv = bv;
             const int around = level == 0 ? 400 : 15;
@@ -130,7 +130,7 @@ TEST(PatchSurface, TwistedBladeHasTheTrueSpatialDistance) {
                 }
             }
             wu *= level == 0 ? 0.02 : 0.6;
-            wv *= level == 0 ? 0.1 : 0.6;
+            wv *= level == 0 ? 0.2 : 0.6;
         }
         const Contact contact = surface.nearest(p, warm);
         EXPECT_NEAR(std::abs(contact.distance_mm), best, 1e-8);
