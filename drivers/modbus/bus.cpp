@@ -342,7 +342,7 @@ class Bus::Impl {
         const int resolved = ::getaddrinfo(options_.host.c_str(), nullptr, &hints, &found);
         if (found != nullptr) ::freeaddrinfo(found);
         if (resolved != 0) return "cannot connect to " + where + ": " + ::gai_strerror(resolved);
-        if (error == ETIMEDOUT) {
+        if (error == ETIMEDOUT || error == EINPROGRESS) {
             return "cannot connect to " + where + ": no answer within " +
                    std::to_string(static_cast<int>(options_.connect_timeout_ms)) + " ms";
         }

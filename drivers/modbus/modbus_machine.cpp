@@ -19,6 +19,7 @@ using Args = std::array<std::int32_t, 8>;
 
 constexpr std::uint16_t command_running = 1;
 constexpr std::uint32_t points_before_scan = 256;  // a quarter of a second at 1 kHz: the link may hiccup at the start
+constexpr double first_points_patience_ms = 1000.0;
 constexpr double status_every_ms = 20.0;
 constexpr double shortest_pause_ms =
     0.2;  // while a path is being invented, its next points depend on the newest samples
@@ -210,24 +211,28 @@ asio::awaitable<core::Result<StatusBlock>> ModbusMachine::begin_scan(const ScanP
 }
 
 asio::awaitable<core::Status> ModbusMachine::send_first_points(PathFeed& feed) {
-    while (feed.taken() < points_before_scan) {
+    const double give_up_ms = session_.link().now_ms() + first_points_patience_ms;
+    core::Status sent;
+    while (sent && feed.taken() < points_before_scan) {
         const auto window = feed.next_window();
-        core::Status sent;
-        if (!window) sent = tl::unexpected(window.error());
-        if (!sent || *window == nullptr) {
-            if (sent && feed.taken() == 0)
-                sent = core::fail(core::ErrorCode::plan_invalid, "the path has no first point");
-            if (!sent) sent.error().motion = core::Motion::stopped;
-            co_return sent;
-        }
-        sent = co_await session_.link().transact(**window);
-        if (sent) sent = feed.settle();
-        if (!sent) {
-            if (sent.error().motion == core::Motion::not_concerned) sent.error().motion = core::Motion::stopped;
-            co_return sent;
+        if (!window) {
+            sent = tl::unexpected(window.error());
+        } else if (*window != nullptr) {
+            sent = co_await session_.link().transact(**window);
+            if (sent) sent = feed.settle();
+        } else if (feed.taken() > 0) {
+            break;
+        } else if (!feed.refused()) {
+            sent = core::fail(core::ErrorCode::plan_invalid, "the path has no first point");
+        } else if (session_.link().now_ms() > give_up_ms) {
+            sent = refuse("the controller has no room for the path, though it begins");
+        } else {
+            co_await session_.pause(session_.poll_ms());
+            feed.try_again();
         }
     }
-    co_return core::Status{};
+    if (!sent && sent.error().motion == core::Motion::not_concerned) sent.error().motion = core::Motion::stopped;
+    co_return sent;
 }
 
 /// The pump of a scan: windows out, samples in, and the watchdog fed, until the controller has ended the command.
@@ -264,6 +269,7 @@ asio::awaitable<core::Result<StatusBlock>> ModbusMachine::follow_path(StatusBloc
         pause_ms = block->count > 0 ? shortest_pause_ms : std::min(2.0 * pause_ms, session_.poll_ms());
         const double wait_ms = feed.complete() ? session_.poll_ms() : pause_ms;
         co_await session_.pause(wait_ms);
+        feed.try_again();
     }
     session_.end_motion();
     if (session_.is_ours(status)) co_return status;

@@ -29,8 +29,9 @@ class PathFeed {
     std::uint32_t taken() const noexcept { return taken_; }
     /// Every point is with the controller.
     bool complete() const noexcept { return ended_ && pending_ == 0; }
-    /// The source has more to say, or windows wait for room.
+    /// A window was refused as busy: it is offered again after progress, or after try_again().
     bool refused() const noexcept { return refused_; }
+    void try_again() noexcept { refused_ = false; }
 
   private:
     core::Status fill();

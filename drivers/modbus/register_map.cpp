@@ -23,6 +23,12 @@ class BlockReader {
         length_ = registers;
         return *this;
     }
+    /// A length that the protocol fixes; the file may state it.
+    BlockReader& stated_length(std::size_t registers) {
+        const auto value = static_cast<double>(registers);
+        table_.integer("length", static_cast<std::int64_t>(registers), {value, value});
+        return fixed_length(registers);
+    }
     BlockReader& field(std::string_view key, std::uint16_t& target, std::size_t registers = 1) {
         number(key, target, 0xFFFF);
         if (target + registers > length_) {
@@ -110,7 +116,7 @@ void read_written_blocks(const core::ConfigTable& root, RegisterMap& map) {
         .field("reserved", map.path.reserved)
         .number("point_length", map.path.point_length, max_write - 32, 11);
     BlockReader(root, "exchange")
-        .fixed_length(exchange_length)
+        .stated_length(exchange_length)
         .address(map.exchange.address)
         .field("watchdog", map.exchange.watchdog)
         .field("ack_seq", map.exchange.ack_seq, 2)

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "machine_rig.hpp"
+#include "sim/simulator.hpp"
+
+namespace cmm::drivers {
+namespace {
+
+using test::MachineRig;
+using test::RecordingSink;
+
+constexpr double part_radius_mm = 20.0;
+constexpr double ball_radius_mm = 1.0;
+constexpr double centre_radius_mm = part_radius_mm + ball_radius_mm;
+
+/// A folder with a simulated part in it: a prism of 360 facets about the z axis.
+class Workshop {
+  public:
+    Workshop() : folder_(std::filesystem::temp_directory_path() / ("cmm-drivers-" + std::to_string(::getpid()))) {
+        std::filesystem::create_directories(folder_);
+        write_prism();
+        std::ofstream part(folder_ / "part.toml");
+        part << "[part]\nname = \"prism\"\nkind = \"blade\"\n[nominal]\nkind = \"none\"\n"
+             << "[stylus]\nradius_mm = 1.0\nshank_radius_mm = 0.6\nlength_mm = 20.0\n"
+             << "[scan]\nheights_mm = [20]\npitch_mm = 0.4\nmax_speed_mm_s = 10\nbox_mm = [-25, -25, 25, 25]\n"
+             << "[actual]\nkind = \"mesh\"\nfiles = [\"prism.ply\"]\nspan = \"z\"\nnoise_um = 0.0\nbad_points_percent "
+                "= 0.0\n";
+    }
+    ~Workshop() { std::filesystem::remove_all(folder_); }
+
+    std::unique_ptr<sim::Simulator> start(double speed) const {
+        sim::SimulatorOptions options;
+        options.part_file = (folder_ / "part.toml").string();
+        options.machine_file = "config/machines/sim.toml";
+        options.map_file = "config/maps/cmm-v1.toml";
+        options.speed = speed;
+        auto started = sim::Simulator::start(options);
+        EXPECT_TRUE(started) << started.error().text();
+        return started ? std::move(*started) : nullptr;
+    }
+
+  private:
+    void write_prism() const {
+        constexpr int facets = 360;
+        std::ofstream ply(folder_ / "prism.ply");
+        ply << "ply\nformat ascii 1.0\nelement vertex " << 2 * facets + 2 << "\nproperty double x\nproperty double y\n"
+            << "property double z\nelement face " << 4 * facets
+            << "\nproperty list uchar int vertex_indices\nend_header\n";
+        ply.precision(12);
+        for (const double z : {0.0, 40.0}) {
+            for (int k = 0; k < facets; ++k) {
+                const double angle = 2.0 * 3.141592653589793 * k / facets;
+                ply << part_radius_mm * std::cos(angle) << ' ' << part_radius_mm * std::sin(angle) << ' ' << z << '\n';
+            }
+        }
+        ply << "0 0 0\n0 0 40\n";
+        for (int k = 0; k < facets; ++k) {
+            const int next = (k + 1) % facets;
+            ply << "3 " << k << ' ' << next << ' ' << facets + next << '\n';
+            ply << "3 " << k << ' ' << facets + next << ' ' << facets + k << '\n';
+            ply << "3 " << 2 * facets << ' ' << next << ' ' << k << '\n';
+            ply << "3 " << 2 * facets + 1 << ' ' << facets + k << ' ' << facets + next << '\n';
+        }
+    }
+    std::filesystem::path folder_;
+};
+
+class SimMachine : public testing::Test {
+  protected:
+    void bring_up(double speed) {
+        simulator_ = workshop_.start(speed);
+        ASSERT_NE(simulator_, nullptr);
+        rig_ = std::make_unique<MachineRig>(test::settings_for(simulator_->url()));
+        const auto found = rig_->run(machine().connect());
+        ASSERT_TRUE(found) << found.error().text();
+        lsb_mm_ = found->lsb_mm;
+        const auto origin = rig_->run(machine().begin_run(std::nullopt));
+        ASSERT_TRUE(origin) << origin.error().text();
+        expect_done(rig_->run(machine().home()));
+        expect_done(rig_->run(machine().qualify(ball_radius_mm)));
+        expect_done(rig_->run(machine().move({40.0, 0.0, 60.0}, 200.0)));
+        expect_done(rig_->run(machine().move({40.0, 0.0, 20.0}, 200.0)));
+    }
+    static void expect_done(const core::Status& status) { EXPECT_TRUE(status) << status.error().text(); }
+    Machine& machine() { return *rig_->machine; }
+    void expect_on_circle(const RecordingSink& sink) const {
+        for (const auto& sample : sink.kept) {
+            const Eigen::Vector3d centre = core::centre_mm(sample, lsb_mm_);
+            ASSERT_NEAR(centre.head<2>().norm(), centre_radius_mm, 0.002) << "sample " << sample.sequence;
+        }
+    }
+
+    Workshop workshop_;
+    std::unique_ptr<sim::Simulator> simulator_;
+    std::unique_ptr<MachineRig> rig_;
+    double lsb_mm_ = 0.0;
+};
+
+TEST_F(SimMachine, ScansAKnownPathCompletely) {
+    bring_up(0.0);
+    const auto points = test::circle_path(centre_radius_mm, 20.0, 5000, 50.0);
+    PointList source(points);
+    RecordingSink sink;
+    const ScanPath path{.id = 7, .approach_mm = 2.0, .search_mm = 1.0, .retract_mm = 2.0};
+    const auto scanned = rig_->run(machine().scan(path, source, sink));
+    ASSERT_TRUE(scanned) << scanned.error().text();
+    EXPECT_EQ(scanned->points_passed, 5000U);
+    EXPECT_EQ(scanned->first_sequence, 1U);
+    EXPECT_EQ(scanned->last_sequence, 5000U);
+    EXPECT_TRUE(sink.out_of_order.empty());
+    ASSERT_EQ(sink.kept.size(), 5000U);
+    EXPECT_EQ(sink.kept.front().path, 7U);
+    expect_on_circle(sink);
+    const auto state = rig_->run(machine().state());
+    ASSERT_TRUE(state);
+    EXPECT_EQ(state->acknowledged_sequence, 5000U);
+    EXPECT_EQ(state->fifo_level, 0U);
+    EXPECT_FALSE(state->in_motion);
+}
+
+}  // namespace
+}  // namespace cmm::drivers
