@@ -50,19 +50,19 @@ struct Window {
 std::optional<Window> sharpest(const Track& track, const std::optional<Window>& other) {
     std::optional<Window> best;
     double limit = longest_share * track.perimeter;
+    std::size_t j = track.n;
     for (std::size_t i = track.n; i < 2 * track.n; ++i) {
-        for (std::size_t j = i + 1; j < track.s.size() && track.s[j] - track.s[i] < limit; ++j) {
-            if (track.angle[j] - track.angle[i] < edge_turn_rad) continue;
-            if (other) {
-                const double middle = 0.5 * (track.s[i] + track.s[j]);
-                const double theirs = 0.5 * (track.s[other->begin] + track.s[other->end]);
-                const double apart = std::abs(std::remainder(middle - theirs, track.perimeter));
-                if (apart < apart_share * track.perimeter) break;
-            }
-            limit = track.s[j] - track.s[i];
-            best = Window{i, j, limit};
-            break;
+        while (j + 1 < track.s.size() && track.angle[j] - track.angle[i] < edge_turn_rad)
+            ++j;
+        const double length = track.s[j] - track.s[i];
+        if (length >= limit) continue;
+        if (other) {
+            const double middle = 0.5 * (track.s[i] + track.s[j]);
+            const double theirs = 0.5 * (track.s[other->begin] + track.s[other->end]);
+            if (std::abs(std::remainder(middle - theirs, track.perimeter)) < apart_share * track.perimeter) continue;
         }
+        limit = length;
+        best = Window{i, j, length};
     }
     return best;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -11,11 +12,13 @@ namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-constexpr double scatter_factor = 8.0;     // times the local robust sigma of the residuals
-constexpr double quadruple_gain = 1.39;    // sigma of a residual / sigma of a point, equal spacing: sqrt(1 + 34/36)
-constexpr int deepest = 4;                 // points of one cluster that are removed together
-constexpr std::size_t widest_region = 48;  // bits of the removed-set mask
-constexpr double largest_share = 0.2;      // more bad points than this: the chain is no curve, stop looking
+constexpr double scatter_factor = 8.0;   // times the local robust sigma of the residuals
+constexpr double quadruple_gain = 1.39;  // sigma of a residual / sigma of a point, equal spacing: sqrt(1 + 34/36)
+constexpr int deepest = 4;               // points of one cluster that are removed together
+constexpr double run_cost = 0.8, point_cost = 0.2;  // in units of one residual at its threshold, squared
+constexpr std::size_t longest_run = 4;              // of adjacent bad points: a longer one is a feature of the part
+constexpr std::size_t widest_region = 48;           // bits of the removed-set mask
+constexpr double largest_share = 0.2;               // more bad points than this: the chain is no curve, stop looking
 
 double arc_of_chord(double chord, double turn) {
     // s = c (g/2) / sin(g/2) = c (1 + g^2/24 + ...), enough up to a radian
@@ -106,14 +109,14 @@ class Finder {
         for (std::size_t i = 0; i < n_; ++i) {
             // Four clean tenths are enough to see the noise among the five residuals that each bad point spoils.
             if (i % 8 == 0) scatter = quantile(magnitude, i, -reach, reach, 0.4) / 0.5244;
-            threshold_[i] = std::max(floor, scatter_factor * scatter) + sampling_error(curvature, step[i], i);
+            const double sampling = sampling_error(curvature, step[i], i);
+            threshold_[i] = std::max({floor, scatter_factor * scatter, 0.5 * scatter_factor * scatter + sampling});
         }
         sigma_ = quantile(magnitude, 0, 0, static_cast<std::ptrdiff_t>(n_) - 1, 0.5) / 0.6745 / quadruple_gain;
     }
 
     /// What the cubic of a good point's neighbours may miss by sampling alone. On a circle, steps h of angle g leave
-    /// h g^3 / 6; where the curvature jumps by d (edge to side) h^2 d / 16. Four and two times that. A bad point that
-    /// feigns curvature raises this by an eighth of its own size only.
+    /// h g^3 / 6; where the curvature jumps by d (edge to side) h^2 d / 16. Twice and once that.
     double sampling_error(const std::vector<double>& curvature, double h, std::size_t i) {
         const std::ptrdiff_t reach = n_ < 32 ? 3 : 7;
         const double least = 0.05 / std::max(h, 1e-9);
@@ -122,7 +125,7 @@ class Finder {
             return 0.0;
         const double before = quantile(curvature, i, -reach, -1, 0.5), after = quantile(curvature, i, 1, reach, 0.5);
         const double g = std::min(1.5, h * 0.5 * std::abs(before + after));
-        return 0.7 * h * g * g * g + h * h * std::abs(after - before) / 8.0;
+        return h * g * g * g / 3.0 + h * h * std::abs(after - before) / 16.0;
     }
 
     void kill(std::size_t i) {
@@ -184,9 +187,14 @@ class Finder {
             if (std::find(region_.begin(), region_.end(), i) == region_.end()) region_.push_back(i);
     }
 
+    /// Bad points come in runs: a second run is less likely than a longer one.
+    static double cost_of(std::uint64_t mask) {
+        return run_cost * std::popcount(mask & ~(mask << 1U)) + point_cost * std::popcount(mask);
+    }
+
     void explore(int left, std::uint64_t mask) {
         std::size_t worst = none;
-        double score = 0.0;
+        double score = cost_of(mask);
         for (const std::size_t i : region_) {
             if (!alive_[i]) continue;
             score += ratio(i) * ratio(i);
@@ -204,7 +212,7 @@ class Finder {
         const std::size_t p = prev_[worst], q = next_[worst];
         for (const std::size_t i : {worst, p, q, p != none ? prev_[p] : none, q != none ? next_[q] : none}) {
             const auto found = std::find(region_.begin(), region_.end(), i);
-            if (i == none || found == region_.end() || !alive_[i]) continue;
+            if (i == none || found == region_.end() || !alive_[i] || longest_run_with(i) > longest_run) continue;
             const std::uint64_t with = mask | (std::uint64_t{1} << (found - region_.begin()));
             if (std::find(visited_.begin(), visited_.end(), with) != visited_.end()) continue;
             visited_.push_back(with);
@@ -216,16 +224,25 @@ class Finder {
         }
     }
 
+    /// Consecutive points that would be missing with i.
+    std::size_t longest_run_with(std::size_t i) const {
+        if (prev_[i] == none || next_[i] == none) return 1;
+        return (next_[i] + n_ - prev_[i]) % n_ - 1;
+    }
+
+    /// The cheapest explanation of the region: removals have a price, and so have residuals that stay. When no
+    /// few points explain it, the shape does (a kink, sparse sampling), and what passes for a residual there is raised.
     void repair(std::size_t seed) {
         collect_region(seed);
         best_score_ = std::numeric_limits<double>::infinity();
-        for (int depth = 1; depth <= deepest && budget_ > 0 && !std::isfinite(best_score_); ++depth) {
+        for (int depth = 1; depth <= deepest && best_score_ > run_cost + point_cost * depth; ++depth) {
             visited_.clear();
             explore(depth, 0);
         }
         if (!std::isfinite(best_score_)) {
-            const auto seat = std::find(region_.begin(), region_.end(), seed) - region_.begin();
-            best_mask_ = std::uint64_t{1} << seat;
+            for (const std::size_t i : region_)
+                threshold_[i] *= 1.5;
+            return;
         }
         for (std::size_t k = 0; k < region_.size(); ++k) {
             if (!((best_mask_ >> k) & 1U)) continue;

@@ -2,6 +2,7 @@
 #include "fitting/section.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -89,14 +90,15 @@ class SectionFitter {
     /// Checks every point against the fitted curve (A9): runs that the neighbours excused are rejected, good points
     /// that bad neighbours accused come back. False when nothing changed.
     bool revise_verdicts(const std::vector<double>& threshold) {
+        const std::vector<double> misfit = local_misfit();
         bool changed = false;
         std::size_t good = 0;
         double near = smooth_.parameter.back();
         for (std::size_t k = 0; k < points_.size(); ++k) {
             if (reason_[k] == RejectReason::none) {
                 near = smooth_.parameter[good];
-                residual_[k] = smooth_.residual[good++];
-                if (std::abs(residual_[k]) <= threshold[k]) continue;
+                residual_[k] = smooth_.residual[good];
+                if (std::abs(residual_[k]) <= std::max(threshold[k], 4.0 * misfit[good++])) continue;
                 reason_[k] = RejectReason::fit_residual;
                 changed = true;
             } else {
@@ -107,6 +109,22 @@ class SectionFitter {
             }
         }
         return changed;
+    }
+
+    /// Median of the residuals' magnitude among five neighbours on each side, by good point: where the curve itself
+    /// does not follow the part, no single point is to blame.
+    std::vector<double> local_misfit() const {
+        const std::vector<double>& r = smooth_.residual;
+        const std::size_t n = r.size();
+        std::vector<double> misfit(n);
+        std::array<double, 11> near{};
+        for (std::size_t i = 0; i < n; ++i) {
+            for (std::size_t k = 0; k < near.size(); ++k)
+                near[k] = std::abs(r[(i + n + k - 5) % n]);
+            std::nth_element(near.begin(), near.begin() + 5, near.end());
+            misfit[i] = near[5];
+        }
+        return misfit;
     }
 
     /// Signed distance of a point that is not in the fit, searched from its last good predecessor on.

@@ -145,14 +145,14 @@ class Smoother {
         const std::size_t spans = std::min(n, std::max<std::size_t>(16, n / 24));
         first_.clear();
         for (std::size_t k = 0; k <= spans; ++k)
-            push_knot(k * n / spans);
+            push_knot(first_, k * n / spans);
         first_.back() = n;
     }
 
     /// Knots sit on points; two knots on the same parameter are one.
-    void push_knot(std::size_t first) {
-        if (!first_.empty() && first < points_.size() && t_[first] - t_[first_.back()] < 1e-9 * period_) return;
-        first_.push_back(first);
+    void push_knot(std::vector<std::size_t>& knots, std::size_t first) const {
+        if (!knots.empty() && first < points_.size() && t_[first] - t_[knots.back()] < 1e-9 * period_) return;
+        knots.push_back(first);
     }
 
     double knot(std::ptrdiff_t k) const {
@@ -215,14 +215,24 @@ class Smoother {
         }
     }
 
+    /// Fewer points than usual only against a gross misfit, and a knot on every point (interpolation, which would
+    /// follow bad points) only where the points are so sparse that the curve turns by a quarter of a radian from one to
+    /// the next.
+    std::size_t least_per_span(std::size_t span, bool gross) const {
+        if (!gross) return points_per_span;
+        const auto& pieces = curve_.pieces();
+        const double turn = std::abs(turn_angle(pieces[span][1], pieces[(span + 1) % pieces.size()][1]));
+        return turn > 0.25 * static_cast<double>(count(span)) ? 1 : 2;
+    }
+
     /// Halves every span whose residuals are too large or follow each other; false when none is.
     bool split_spans() {
         const std::size_t n = points_.size(), spans = first_.size() - 1;
-        std::vector<std::size_t> knots;
-        knots.swap(first_);
+        const std::vector<std::size_t> knots = first_;
+        std::vector<std::size_t> finer;
         bool any = false;
         for (std::size_t k = 0; k < spans; ++k) {
-            push_knot(knots[k]);
+            push_knot(finer, knots[k]);
             const std::size_t held = knots[k + 1] - knots[k];
             if (held < 2) continue;
             double squares = 0.0, products = 0.0;
@@ -234,12 +244,13 @@ class Smoother {
             const bool misfit =
                 squares > variance * chi_square_limit(amount) || products > variance * 3.0 * std::sqrt(amount);
             const bool gross = squares > amount * std::pow(std::max(3.0 * sigma_, gross_misfit_mm), 2);
-            if (!misfit || (held < 2 * points_per_span && !gross)) continue;
-            const std::size_t before = first_.size();
-            push_knot(knots[k] + held / 2);
-            any = any || first_.size() > before;
+            if (!misfit || held < 2 * least_per_span(k, gross)) continue;
+            const std::size_t before = finer.size();
+            push_knot(finer, knots[k] + held / 2);
+            any = any || finer.size() > before;
         }
-        first_.push_back(n);
+        finer.push_back(n);
+        first_ = std::move(finer);
         return any;
     }
 
@@ -260,11 +271,11 @@ class Smoother {
         std::sort(at.begin(), at.end());
         sort_points();
         first_.clear();
-        push_knot(0);
+        push_knot(first_, 0);
         for (std::size_t k = 1; k < at.size(); ++k) {
             const auto found = std::lower_bound(t_.begin(), t_.end(), at[k]);
             const auto index = static_cast<std::size_t>(found - t_.begin());
-            if (index < points_.size()) push_knot(index);
+            if (index < points_.size()) push_knot(first_, index);
         }
         first_.push_back(points_.size());
     }
