@@ -24,23 +24,36 @@ std::vector<Vector2d> PlotFrame::px(std::span<const Vector2d> values) const {
     return pixels;
 }
 
-void PlotFrame::draw_axes(Picture& picture, std::string_view x_title, std::string_view y_title, int x_ticks,
-                          int y_ticks) const {
-    const auto across = ticks(low_.x(), high_.x(), x_ticks);
+void PlotFrame::draw_x_ticks(Picture& picture, int about, double clear_px) const {
+    const auto across = ticks(low_.x(), high_.x(), about);
     for (const double x : across.values) {
         const double at = px({x, low_.y()}).x();
         picture.line("grid", {at, corner_.y()}, {at, bottom_px()});
+        if (at > right_px() - clear_px) continue;
         picture.text("", {at, bottom_px() + 14}, Anchor::middle, core::fixed(x, across.digits));
     }
-    const auto up = ticks(low_.y(), high_.y(), y_ticks);
+    picture.box("frame", corner_, size_);
+}
+
+void PlotFrame::draw_y_ticks(Picture& picture, int about, bool labels) const {
+    const auto up = ticks(low_.y(), high_.y(), about);
     for (const double y : up.values) {
         const double at = px({low_.x(), y}).y();
         picture.line("grid", {corner_.x(), at}, {right_px(), at});
-        picture.text("", {corner_.x() - 6, at + 4}, Anchor::end, core::fixed(y, up.digits));
+        if (labels) picture.text("", {corner_.x() - 6, at + 4}, Anchor::end, core::fixed(y, up.digits));
     }
-    picture.box("frame", corner_, size_);
+}
+
+void PlotFrame::draw_titles(Picture& picture, std::string_view x_title, std::string_view y_title) const {
     picture.text("", {corner_.x() + 0.5 * size_.x(), bottom_px() + 29}, Anchor::middle, x_title);
-    picture.text("", {corner_.x() - 40, corner_.y() + 0.5 * size_.y()}, Anchor::middle, y_title, true);
+    picture.text("", {corner_.x() - 45, corner_.y() + 0.5 * size_.y()}, Anchor::middle, y_title, true);
+}
+
+void PlotFrame::draw_axes(Picture& picture, std::string_view x_title, std::string_view y_title, int x_ticks,
+                          int y_ticks) const {
+    draw_x_ticks(picture, x_ticks);
+    draw_y_ticks(picture, y_ticks);
+    draw_titles(picture, x_title, y_title);
 }
 
 }  // namespace cmm::acquisition::svg

@@ -30,7 +30,11 @@ class PlotFrame {
     double right_px() const { return corner_.x() + size_.x(); }
     double bottom_px() const { return corner_.y() + size_.y(); }
 
-    /// Grid, frame, tick labels and axis titles (with their units).
+    /// Grid lines with their labels, axis titles (with units), the frame; `draw_axes` is all of it.
+    /// Without labels in the last `clear_px`, where the next frame begins.
+    void draw_x_ticks(Picture& picture, int about, double clear_px = 0.0) const;
+    void draw_y_ticks(Picture& picture, int about, bool labels = true) const;
+    void draw_titles(Picture& picture, std::string_view x_title, std::string_view y_title) const;
     void draw_axes(Picture& picture, std::string_view x_title, std::string_view y_title, int x_ticks,
                    int y_ticks) const;
 

@@ -62,6 +62,20 @@ const Characteristic* first_of(const PartResult& part, std::string_view name) {
     return nullptr;
 }
 
+/// A line of the terminal for the page: real signs, words without underscores, no break inside an inequality.
+std::string typeset(std::string reason) {
+    const auto replace_all = [&reason](std::string_view from, std::string_view to) {
+        for (auto at = reason.find(from); at != std::string::npos; at = reason.find(from, at + to.size())) {
+            reason.replace(at, from.size(), to);
+        }
+    };
+    replace_all("+-", "\u00b1");
+    replace_all(" mm", "\u00a0mm");
+    replace_all(" > ", "\u00a0>\u00a0");
+    replace_all("_", " ");
+    return reason;
+}
+
 std::string verdict_detail(const PartResult& part) {
     const auto total = std::to_string(part.sections.size());
     const auto count = [&](Decision decision) {
@@ -113,7 +127,7 @@ std::string head(const PartResult& part) {
                std::string(part.verdict() == Decision::reject ? "Why it is rejected" : "Why it is not accepted") +
                "</b><ul>\n";
         for (const auto& reason : reasons)
-            out += element("li", escape(reason));
+            out += element("li", escape(typeset(reason)));
         out += "</ul></div>\n";
     }
     return out + "</div>\n";
@@ -222,10 +236,12 @@ std::string section_sheet(const SectionResult& section, double ball_radius_mm) {
     if (!section.why.empty()) out += element("p class=\"undecided\"", "Not evaluable: " + escape(section.why));
     const auto whiskers = whisker_figure(section);
     out += "<div class=\"plots\">\n";
-    out += figure(whiskers.empty() ? "full" : "half", "<b>Contour</b>", overlay_figure(section, ball_radius_mm));
+    out += figure("half", "<b>Contour</b>", overlay_figure(section, ball_radius_mm));
     out += figure("half", "<b>Deviations</b> along the normal of the nominal, outwards positive", whiskers);
-    out += figure("quarter", "<b>Leading edge</b>", edge_figure(section, fitting::Zone::le, ball_radius_mm));
-    out += figure("quarter", "<b>Trailing edge</b>", edge_figure(section, fitting::Zone::te, ball_radius_mm));
+    out += figure("quarter", "<b>Leading edge</b> " + escape(radius_text(section, fitting::Zone::le)),
+                  edge_figure(section, fitting::Zone::le, ball_radius_mm));
+    out += figure("quarter", "<b>Trailing edge</b> " + escape(radius_text(section, fitting::Zone::te)),
+                  edge_figure(section, fitting::Zone::te, ball_radius_mm));
     out += figure("half", "<b>Deviation against arc length</b> with U95", deviation_figure(section));
     return out + "</div>\n" + rejected_list(section) + "</article>\n";
 }

@@ -31,14 +31,14 @@ p{margin:0 0 8px;max-width:78ch}
 dt{color:var(--soft);font-size:12.5px}
 dd{margin:0;overflow-wrap:anywhere}
 .causes{margin:20px 0 0;padding:14px 0 0;border-top:1px solid var(--rule)}
-.causes ul{margin:6px 0 0;padding-left:20px}
+.causes ul{margin:6px 0 0;padding-left:20px;columns:2;column-gap:40px;font-size:14px}
 .causes li{margin:2px 0}
 .wide{overflow-x:auto}
 table{border-collapse:collapse;width:100%;font-size:13.5px}
-th,td{padding:7px 10px;text-align:right;white-space:nowrap;border-bottom:1px solid var(--rule);vertical-align:top}
+th,td{padding:7px 8px;text-align:right;white-space:nowrap;border-bottom:1px solid var(--rule);vertical-align:top}
 tr:last-child td{border-bottom:0}
 thead th{font-weight:600;font-size:12.5px;color:var(--soft);vertical-align:bottom}
-thead th small{display:block;font-weight:400}
+thead th{white-space:normal}thead th small{white-space:nowrap;display:block;font-weight:400}
 td small{display:block;color:var(--soft);font-size:12px}
 td:first-child,th:first-child{padding-left:0}
 td:last-child,th:last-child{padding-right:0}
@@ -55,9 +55,8 @@ figcaption b{color:var(--ink);font-weight:600}
 .section header{display:flex;flex-wrap:wrap;gap:4px 18px;align-items:baseline;margin-bottom:16px}
 .section header .state{font-weight:600;margin-left:auto}
 .section header .meta{color:var(--soft);font-size:13.5px}
-.plots{display:grid;grid-template-columns:repeat(4,minmax(0,1fr));gap:22px 16px;align-items:end}
+.plots{display:grid;grid-template-columns:repeat(4,minmax(0,1fr));gap:22px 16px;align-items:start}
 .plots .half{grid-column:span 2}
-.plots .full{grid-column:span 4}
 details{margin-top:16px;border-top:1px solid var(--rule);padding-top:12px;font-size:13.5px}
 summary{cursor:pointer;color:var(--soft)}
 details table{margin-top:8px;width:auto;min-width:min(100%,620px)}
@@ -66,10 +65,10 @@ details table{margin-top:8px;width:auto;min-width:min(100%,620px)}
 .methods td,.methods th{white-space:normal;text-align:left}
 .methods td:first-child{white-space:nowrap}
 footer{margin-top:34px;color:var(--soft);font-size:12.5px}
-@media (max-width:760px){main{padding:18px 12px 40px}.sheet{padding:16px 14px}.head{grid-template-columns:minmax(0,1fr)}
-.verdict{text-align:left}.plots{grid-template-columns:repeat(2,minmax(0,1fr))}.plots .half,.plots .full{grid-column:span 2}
+@media (max-width:760px){.causes ul{columns:1}main{padding:18px 12px 40px}.sheet{padding:16px 14px}.head{grid-template-columns:minmax(0,1fr)}
+.verdict{text-align:left}.plots{grid-template-columns:repeat(2,minmax(0,1fr))}
 h1{font-size:24px}.section header .state{margin-left:0}}
-@media (max-width:480px){.plots .quarter{grid-column:span 2}}
+@media (max-width:480px){.plots .quarter{grid-column:span 2}.plots .half{overflow-x:auto}.plots .half .fig{width:520px}}
 @media print{:root,.fig{color-scheme:light;--page:#fff;--paper:#fff;--ink:#111;--soft:#4c5661;--rule:#cfd5db;--good:#1d7d4d;--out:#c22f26;
 --open:#a06400;--plain:#42505e;--nominal:#8a95a1;--side:#1f66ad;--edge:#7a4fa3}body{font-size:11px}main{padding:0;max-width:none}.sheet{border:0;padding:0}h2{margin-top:24px}}
 )css";

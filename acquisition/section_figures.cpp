@@ -21,10 +21,12 @@ using svg::Anchor;
 using svg::Picture;
 using svg::PlotFrame;
 
-constexpr double margin_left = 50;
+constexpr double margin_left = 54;
 constexpr double margin_bottom = 36;
 constexpr double margin_top = 12;
 constexpr double margin_right = 12;
+constexpr double page_width = 540;
+constexpr double longest_whisker_px = 24;
 
 bool is_edge(Zone zone) {
     return zone == Zone::le || zone == Zone::te;
@@ -88,10 +90,16 @@ Box extent_of(const SectionResult& section, const SurfacePoints& points) {
     return box;
 }
 
-/// Height that gives the box the width of the plot, within what a page bears.
-double plot_height(const Box& box, double width_px) {
+/// Overlay and whiskers stand side by side: the same box, with room for the longest whisker, and the same height.
+Box page_box(const SectionResult& section, const SurfacePoints& points) {
+    auto box = extent_of(section, points);
+    box.grow(longest_whisker_px * (box.high - box.low).x() / page_width);
+    return box;
+}
+
+double plot_height(const Box& box) {
     const Vector2d size = box.high - box.low;
-    return std::clamp(width_px * size.y() / size.x(), 130.0, 330.0);
+    return std::clamp((page_width - margin_left - margin_right) * size.y() / size.x(), 150.0, 340.0);
 }
 
 PlotFrame plane_frame(const Box& box, const Vector2d& corner, double width_px, double height_px) {
@@ -112,7 +120,7 @@ void draw_overlay(Picture& picture, const PlotFrame& frame, const SectionResult&
     const auto name_edge = [&](const Vector2d& nose, const Vector2d& other, std::string_view name) {
         const Vector2d out = (nose - other).normalized();
         const Vector2d at = frame.px(nose) + Vector2d(out.x() * 14, -out.y() * 14 + 4);
-        picture.text("strong", at, Anchor::middle, name);
+        picture.text("strong on", at, Anchor::middle, name);
     };
     name_edge(section.fit->le_point_mm, section.fit->te_point_mm, "LE");
     name_edge(section.fit->te_point_mm, section.fit->le_point_mm, "TE");
@@ -156,12 +164,7 @@ void draw_edge(Picture& picture, const PlotFrame& frame, const SectionResult& se
     picture.path("dot", svg::dots(frame.px(points.used)));
     picture.path("reject", svg::crosses(frame.px(points.rejected), 4.0));
     picture.unclip();
-    const Vector2d caption = frame.corner() + Vector2d(8, 16);
-    picture.text("strong", caption, Anchor::start, edge == Zone::le ? "LE" : "TE");
-    const std::string radius =
-        arc.valid ? "r " + core::fixed(arc.radius_mm, 4) + " \u00b1 " + core::fixed(arc.radius_u95_mm, 4) + " mm"
-                  : "no circle: " + arc.why;
-    picture.text("", caption + Vector2d(22, 0), Anchor::start, radius);
+    picture.text("strong on", frame.corner() + Vector2d(8, 16), Anchor::start, edge == Zone::le ? "LE" : "TE");
 }
 
 /// Where each whisker stands on the nominal and the limits there.
@@ -195,6 +198,22 @@ std::vector<Vector2d> along_normals(const std::vector<Whisker>& all, const auto&
     return out;
 }
 
+/// A line as wide as the magnified tolerance zone is the zone; a new line where the limit changes.
+void draw_tolerance(Picture& picture, const PlotFrame& frame, const std::vector<Whisker>& all, double px_per_mm) {
+    picture.clip(frame.corner(), frame.size());
+    for (std::size_t first = 0; first < all.size();) {
+        std::vector<Vector2d> run;
+        std::size_t last = first;
+        for (; last < all.size() && all[last].limit_mm == all[first].limit_mm; ++last)
+            run.push_back(all[last].base_px);
+        run.push_back(all[last % all.size()].base_px);
+        if (all[first].limit_mm)
+            picture.path("tolerance", svg::polyline(run, false, 0.005), *all[first].limit_mm * px_per_mm);
+        first = last;
+    }
+    picture.unclip();
+}
+
 void draw_whiskers(Picture& picture, const std::vector<Whisker>& all, double px_per_mm) {
     // Equal steps in the picture: where the contour points lie close (at the edges) most are left out.
     constexpr double spacing_px = 3.0;
@@ -222,11 +241,18 @@ void draw_whiskers(Picture& picture, const std::vector<Whisker>& all, double px_
 
 }  // namespace
 
+std::string radius_text(const SectionResult& section, Zone edge) {
+    if (!section.closed()) return {};
+    const auto& arc = edge == Zone::le ? section.fit->le : section.fit->te;
+    if (!arc.valid) return "no circle: " + arc.why;
+    return "r " + core::fixed(arc.radius_mm, 4) + " \u00b1 " + core::fixed(arc.radius_u95_mm, 4) + " mm";
+}
+
 std::string overlay_figure(const SectionResult& section, double ball_radius_mm) {
-    constexpr double width = 540;
+    constexpr double width = page_width;
     const auto points = surface_points(section, ball_radius_mm);
-    const auto box = extent_of(section, points);
-    const double height = plot_height(box, width - margin_left - margin_right) + margin_top + margin_bottom;
+    const auto box = page_box(section, points);
+    const double height = plot_height(box) + margin_top + margin_bottom;
     Picture picture(width, height,
                     "Section at z " + core::fixed(section.z_mm, 3) + " mm: nominal and measured contour");
     draw_overlay(picture, plane_frame(box, {0, 0}, width, height), section, points);
@@ -246,31 +272,22 @@ std::string edge_figure(const SectionResult& section, Zone edge, double ball_rad
 
 std::string whisker_figure(const SectionResult& section) {
     if (section.deviation_mm.empty() || !section.closed()) return {};
-    constexpr double width = 540;
-    constexpr double longest_px = 30;
-    auto box = extent_of(section, {});
-    const double inner = width - margin_left - margin_right;
-    box.grow(1.3 * longest_px * (box.high - box.low).x() / inner);
-    const double height = plot_height(box, inner) + margin_top + margin_bottom;
+    constexpr double width = page_width;
+    const auto box = page_box(section, {});
+    const double height = plot_height(box) + margin_top + margin_bottom;
     const auto frame = plane_frame(box, {0, 0}, width, height);
     const auto all = whiskers(section, frame);
     double largest = 1e-6;
-    bool judged = false;
     for (const auto& w : all) {
         largest = std::max({largest, std::abs(w.deviation_mm), 0.5 * w.limit_mm.value_or(0.0)});
-        judged = judged || w.limit_mm;
     }
-    const double magnification = svg::round_down(longest_px / (largest * frame.scale_x()));
+    const double magnification = svg::round_down(longest_whisker_px / (largest * frame.scale_x()));
     const double px_per_mm = magnification * frame.scale_x();
 
     Picture picture(width, height, "Deviations at z " + core::fixed(section.z_mm, 3) + " mm, magnified");
+    draw_tolerance(picture, frame, all, px_per_mm);
     frame.draw_axes(picture, "x in mm", "y in mm", 8, 5);
     picture.clip(frame.corner(), frame.size());
-    if (judged) {
-        const auto half = [&](const Whisker& w) { return 0.5 * w.limit_mm.value_or(0.0) * px_per_mm; };
-        picture.path("band", svg::polyline(along_normals(all, half), true) +
-                                 svg::polyline(along_normals(all, [&](const Whisker& w) { return -half(w); }), true));
-    }
     picture.path("nominal", svg::polyline(along_normals(all, [](const Whisker&) { return 0.0; }), true));
     draw_whiskers(picture, all, px_per_mm);
     picture.unclip();
@@ -278,8 +295,8 @@ std::string whisker_figure(const SectionResult& section) {
     const double bar_mm = svg::round_down(largest);
     const Vector2d bar(frame.right_px() - 12 - bar_mm * px_per_mm, frame.bottom_px() - 12);
     picture.line("bar", bar, bar + Vector2d(bar_mm * px_per_mm, 0));
-    picture.text("", bar + Vector2d(-6, 4), Anchor::end, svg::number(bar_mm * 1e3) + " \u00b5m");
-    picture.text("strong", frame.corner() + Vector2d(8, 16), Anchor::start,
+    picture.text("on", bar + Vector2d(-6, 4), Anchor::end, svg::number(bar_mm * 1e3) + " \u00b5m");
+    picture.text("strong on", frame.corner() + Vector2d(8, 16), Anchor::start,
                  "deviations \u00d7 " + svg::number(magnification));
     return picture.finish();
 }
@@ -298,6 +315,7 @@ std::string section_svg(const SectionResult& section, double ball_radius_mm) {
             const Vector2d corner(overlay_width, edge == Zone::le ? 0.0 : 0.5 * height);
             const auto close = plane_frame(edge_box(section, edge), corner, width - overlay_width, 0.5 * height);
             draw_edge(picture, close, section, edge, points);
+            picture.text("on", close.corner() + Vector2d(30, 16), Anchor::start, radius_text(section, edge));
         }
     }
     return picture.finish(svg::figure_style());

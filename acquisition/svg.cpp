@@ -11,8 +11,6 @@
 namespace cmm::acquisition::svg {
 namespace {
 
-constexpr double thinning_px = 0.05;
-
 std::string at(const Vector2d& p) {
     return number(p.x()) + " " + number(p.y());
 }
@@ -25,7 +23,7 @@ double distance_to_chord(const Vector2d& p, const Vector2d& a, const Vector2d& b
 }
 
 /// Douglas and Peucker 1973, with a stack of its own instead of recursion.
-std::vector<Vector2d> thinned(std::span<const Vector2d> points) {
+std::vector<Vector2d> thinned(std::span<const Vector2d> points, double thinning_px) {
     if (points.size() < 3) return {points.begin(), points.end()};
     std::vector<bool> keep(points.size(), false);
     keep.front() = keep.back() = true;
@@ -96,11 +94,11 @@ std::string number(double pixels) {
     return text.empty() || text == "-" ? "0" : text;
 }
 
-std::string polyline(std::span<const Vector2d> pixels, bool closed) {
+std::string polyline(std::span<const Vector2d> pixels, bool closed, double thinning_px) {
     if (pixels.empty()) return {};
     std::vector<Vector2d> ring(pixels.begin(), pixels.end());
     if (closed) ring.push_back(ring.front());
-    const auto kept = thinned(ring);
+    const auto kept = thinned(ring, thinning_px);
     std::string data = "M" + at(kept.front());
     const std::size_t count = closed ? kept.size() - 1 : kept.size();
     for (std::size_t i = 1; i < count; ++i)
@@ -205,12 +203,13 @@ std::string Picture::finish(std::string_view style) const {
 std::string_view figure_style() {
     return R"css(
 .fig{--paper:#fff;--ink:#1c2127;--soft:#5d6874;--rule:#dfe3e8;--faint:#f1f3f6;--nominal:#8a95a1;--side:#1f66ad;--edge:#7a4fa3;
---out:#c22f26;--good:#1d7d4d;--open:#a06400;--zone:#1f66ad14;--band:#1d7d4d1f;font-family:system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,sans-serif;background:var(--paper)}
+--out:#c22f26;--good:#1d7d4d;--open:#a06400;--zone:#1f66ad14;--band:#e3f1e9;font-family:system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,sans-serif;background:var(--paper)}
 @media (prefers-color-scheme:dark){.fig{--paper:#15191e;--ink:#e4e8ec;--soft:#98a3af;--rule:#2e353d;--faint:#1c2127;--nominal:#7d8894;
---side:#6cabec;--edge:#bd93e6;--out:#ff7b70;--good:#55c08a;--open:#e0a63f;--zone:#6cabec1c;--band:#55c08a2b}}
+--side:#6cabec;--edge:#bd93e6;--out:#ff7b70;--good:#55c08a;--open:#e0a63f;--zone:#6cabec1c;--band:#1d3127}}
 .fig path{fill:none;stroke-linejoin:round}
 .fig text{font-size:11px;fill:var(--soft);font-variant-numeric:tabular-nums}
 .fig text.strong{fill:var(--ink);font-weight:600}
+.fig text.on{paint-order:stroke;stroke:var(--paper);stroke-width:4px;stroke-linejoin:round}
 .fig text.tag{font-size:10px;letter-spacing:.06em}
 .fig text.over{fill:var(--out);font-weight:600}
 .fig .frame{fill:none;stroke:var(--rule)}
@@ -223,7 +222,7 @@ std::string_view figure_style() {
 .fig .reject{stroke:var(--out);stroke-width:1.3}
 .fig .arc{stroke:var(--edge);stroke-width:.9;stroke-dasharray:3 3;fill:none}
 .fig .centre{stroke:var(--edge);stroke-width:1}
-.fig path.band{fill:var(--band);fill-rule:evenodd;stroke:none}
+.fig path.band{fill:var(--band);stroke:none}
 .fig .tolerance{stroke:var(--band)}
 .fig .whisker-side{stroke:var(--side);stroke-width:.8}
 .fig .whisker-edge{stroke:var(--edge);stroke-width:.8}

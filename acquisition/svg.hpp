@@ -17,8 +17,8 @@ std::string escape(std::string_view text);
 /// Two decimals at most: a hundredth of a pixel is invisible.
 std::string number(double pixels);
 
-/// Path data of a polyline, thinned so that no dropped point was more than 0.05 px off.
-std::string polyline(std::span<const Vector2d> pixels, bool closed);
+/// Path data of a polyline, thinned so that no dropped point was more than `thinning_px` off. Wide lines need less.
+std::string polyline(std::span<const Vector2d> pixels, bool closed, double thinning_px = 0.05);
 /// Path data of dots (drawn by round line caps) and of crosses.
 std::string dots(std::span<const Vector2d> pixels);
 std::string crosses(std::span<const Vector2d> pixels, double half_px);

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "acquisition/plot_frame.hpp"
+#include "acquisition/section_figures.hpp"
+#include "acquisition/svg.hpp"
+#include "core/text.hpp"
+#include "core/units.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+using core::um_from_mm;
+using Eigen::Vector2d;
+using fitting::ContourPoint;
+using fitting::Zone;
+using svg::Anchor;
+using svg::Picture;
+using svg::PlotFrame;
+
+constexpr double width = 540;
+constexpr double height = 250;
+constexpr double left = 54;
+constexpr double right = 12;
+constexpr double top = 22;
+constexpr double bottom = 36;
+
+bool is_edge(Zone zone) {
+    return zone == Zone::le || zone == Zone::te;
+}
+
+/// Contour points of one zone that follow each other, counter-clockwise; indices run on past the end of the contour.
+struct Run {
+    std::size_t first;
+    std::size_t count;
+    Zone zone;
+};
+
+/// All zones in turn, the leading edge first.
+std::vector<Run> zone_runs(const std::vector<ContourPoint>& contour) {
+    const std::size_t n = contour.size();
+    const auto begins = [&](std::size_t i) { return contour[i].zone != contour[(i + n - 1) % n].zone; };
+    std::size_t start = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+        if (begins(i) && contour[i].zone == Zone::le) start = i;
+    }
+    std::vector<Run> runs;
+    for (std::size_t k = 0; k < n; ++k) {
+        const auto i = (start + k) % n;
+        if (runs.empty() || begins(i)) runs.push_back({start + k, 0, contour[i].zone});
+        ++runs.back().count;
+    }
+    return runs;
+}
+
+std::string_view short_name(Zone zone) {
+    switch (zone) {
+        case Zone::le:
+            return "LE";
+        case Zone::suction:
+            return "SUCTION SIDE";
+        case Zone::te:
+            return "TE";
+        case Zone::pressure:
+            return "PRESSURE SIDE";
+    }
+    return "";
+}
+
+double limit_um(const SectionResult& section, Zone zone) {
+    const auto* c = section.find("profile_" + std::string(fitting::to_string(zone)));
+    return c != nullptr && c->limit_mm ? um_from_mm(*c->limit_mm) : 0.0;
+}
+
+double largest_um(const SectionResult& section) {
+    const auto& contour = section.fit->contour;
+    double largest = 1.0;
+    for (std::size_t i = 0; i < contour.size(); ++i) {
+        largest = std::max({largest, um_from_mm(std::abs(section.deviation_mm[i]) + contour[i].u95_mm),
+                            0.5 * limit_um(section, contour[i].zone)});
+    }
+    return largest;
+}
+
+/// One run unrolled: arc length from its first point against deviation, up to the first point of the next run.
+struct Unrolled {
+    std::vector<double> at_mm, deviation_um, u95_um;
+};
+
+Unrolled unroll(const SectionResult& section, const Run& run) {
+    const auto& contour = section.fit->contour;
+    Unrolled out;
+    for (std::size_t k = 0; k <= run.count; ++k) {
+        const auto i = (run.first + k) % contour.size();
+        const auto before = (i + contour.size() - 1) % contour.size();
+        const double step = k == 0 ? 0.0 : (contour[i].position_mm - contour[before].position_mm).norm();
+        out.at_mm.push_back((k == 0 ? 0.0 : out.at_mm.back()) + step);
+        out.deviation_um.push_back(um_from_mm(section.deviation_mm[i]));
+        out.u95_um.push_back(um_from_mm(contour[i].u95_mm));
+    }
+    return out;
+}
+
+void draw_panel(Picture& picture, const PlotFrame& frame, const Unrolled& run, Zone zone, double limit) {
+    const double length = run.at_mm.back();
+    if (is_edge(zone)) picture.box("zone", frame.corner(), frame.size());
+    picture.line("zero", frame.px({0, 0}), frame.px({length, 0}));
+    for (const double y : {0.5 * limit, -0.5 * limit}) {
+        if (limit > 0.0) picture.line("limit", frame.px({0, y}), frame.px({length, y}));
+    }
+    std::vector<Vector2d> line;
+    std::vector<Vector2d> band;
+    for (std::size_t i = 0; i < run.at_mm.size(); ++i) {
+        line.push_back(frame.px({run.at_mm[i], run.deviation_um[i]}));
+        band.push_back(frame.px({run.at_mm[i], run.deviation_um[i] + run.u95_um[i]}));
+    }
+    for (std::size_t i = run.at_mm.size(); i-- > 0;) {
+        band.push_back(frame.px({run.at_mm[i], run.deviation_um[i] - run.u95_um[i]}));
+    }
+    picture.path("sure", svg::polyline(band, true));
+    picture.path("measured", svg::polyline(line, false));
+    picture.text("tag", {frame.corner().x() + 0.5 * frame.size().x(), frame.corner().y() - 6}, Anchor::middle,
+                 short_name(zone));
+}
+
+}  // namespace
+
+std::string deviation_figure(const SectionResult& section) {
+    if (section.deviation_mm.empty() || !section.closed()) return {};
+    Picture picture(width, height, "Deviation against arc length at z " + core::fixed(section.z_mm, 3) + " mm");
+    const double reach = 1.12 * largest_um(section);
+    const auto runs = zone_runs(section.fit->contour);
+    // The edges are short and matter most: they get half the width of a side, whatever their length.
+    const auto share = [](Zone zone) { return is_edge(zone) ? 1.0 : 2.0; };
+    double shares = 0.0;
+    for (const auto& run : runs)
+        shares += share(run.zone);
+    double x = left;
+    for (const auto& run : runs) {
+        const auto unrolled = unroll(section, run);
+        const double panel = (width - left - right) * share(run.zone) / shares;
+        const PlotFrame frame({x, top}, {panel, height - top - bottom}, {0, -reach}, {unrolled.at_mm.back(), reach});
+        frame.draw_x_ticks(picture, is_edge(run.zone) ? 2 : 4, &run == &runs.back() ? 0.0 : 16.0);
+        frame.draw_y_ticks(picture, 6, x == left);
+        draw_panel(picture, frame, unrolled, run.zone, limit_um(section, run.zone));
+        x += panel;
+    }
+    const PlotFrame whole({left, top}, {width - left - right, height - top - bottom}, {0, 0}, {1, 1});
+    whole.draw_titles(picture, "arc length within the zone in mm, counter-clockwise", "deviation in \u00b5m");
+    return picture.finish();
+}
+
+}  // namespace cmm::acquisition

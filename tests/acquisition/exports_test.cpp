@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/exports.hpp"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "acquisition/evaluation.hpp"
+#include "core/text.hpp"
+#include "tests/acquisition/synthetic_blade.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+namespace fs = std::filesystem;
+using fitting::Zone;
+
+SectionResult section_at(std::size_t index, double thicker_mm, bool with_nominal = true) {
+    const synthetic::Shape shape;
+    const synthetic::Section blade(shape);
+    auto fit = synthetic::fit_of(blade, shape, [&](const auto& point) {
+        return 0.003 * std::sin(point.arc_length_mm) + (point.zone == Zone::pressure ? thicker_mm : 0.0);
+    });
+    SectionResult raw;
+    raw.index = index;
+    raw.z_mm = 10.0 * static_cast<double>(index + 1);
+    raw.points = synthetic::points_of(fit, 1.0, raw.z_mm, 1 + 400 * index, 100, index + 1);
+    EvaluationOptions options;
+    options.profile_mm = 0.10;
+    options.edge_profile_mm = 0.06;
+    options.ball_radius_mm = 1.0;
+    const auto nominal = with_nominal ? synthetic::positions(blade.contour()) : std::vector<Eigen::Vector2d>{};
+    return evaluate_section(std::move(raw), std::move(fit), nominal, options);
+}
+
+PartResult part_of(std::vector<SectionResult> sections) {
+    PartResult part;
+    part.part_name = "rotor <1> & \"co\"";
+    part.part_serial = "S-7";
+    part.started_utc = "2025-03-04T09:12:31Z";
+    part.machine = "simulator";
+    part.run_id = "run-9";
+    part.software_version = "0.1.0";
+    part.ball_radius_mm = 1.0;
+    part.has_nominal = true;
+    part.sections = std::move(sections);
+    return part;
+}
+
+SectionResult open_section(std::size_t index) {
+    auto good = section_at(index, 0.0);
+    const auto nominal = good.nominal_contour;
+    SectionResult raw;
+    raw.index = index;
+    raw.z_mm = good.z_mm;
+    raw.points = std::move(good.points);
+    EvaluationOptions options;
+    options.profile_mm = 0.10;
+    return evaluate_section(std::move(raw), core::fail(core::ErrorCode::fit_not_evaluable, "gap of 3.2 mm"), nominal,
+                            options);
+}
+
+std::vector<std::vector<std::string_view>> rows_of(const std::string& csv) {
+    std::vector<std::vector<std::string_view>> rows;
+    std::string_view rest(csv);
+    while (!rest.empty()) {
+        const auto end = rest.find('\n');
+        rows.push_back(core::split(rest.substr(0, end), ','));
+        rest.remove_prefix(end + 1);
+    }
+    return rows;
+}
+
+std::size_t count_of(const std::string& text, std::string_view word) {
+    std::size_t count = 0;
+    for (auto at = text.find(word); at != std::string::npos; at = text.find(word, at + 1))
+        ++count;
+    return count;
+}
+
+TEST(SectionCsv, IsTheContourOfTheContract) {
+    const auto section = section_at(0, 0.0);
+    const auto csv = section_csv(section);
+    const auto rows = rows_of(csv);
+    EXPECT_EQ(csv.substr(0, csv.find('\n')), "x_mm,y_mm,z_mm,nx,ny,nz,zone,deviation_mm,u95_mm");
+    ASSERT_GE(rows.size(), 2001U);
+    double doubled_area = 0.0;
+    std::set<std::string_view> zones;
+    const auto number = [&](std::size_t row, std::size_t column) {
+        return core::parse_number(rows[row][column]).value();
+    };
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+        ASSERT_EQ(rows[i].size(), 9U);
+        const auto next = i + 1 < rows.size() ? i + 1 : 1;
+        doubled_area += number(i, 0) * number(next, 1) - number(next, 0) * number(i, 1);
+        zones.insert(rows[i][6]);
+        ASSERT_NEAR(std::hypot(number(i, 3), number(i, 4)), 1.0, 1e-8);
+        ASSERT_EQ(number(i, 5), 0.0);
+        ASSERT_EQ(number(i, 2), 10.0);
+        ASSERT_NEAR(number(i, 7), section.deviation_mm[i - 1], 1e-6);
+    }
+    EXPECT_GT(doubled_area, 100.0) << "counter-clockwise";
+    EXPECT_EQ(zones, (std::set<std::string_view>{"le", "suction", "te", "pressure"}));
+}
+
+TEST(SectionCsv, DeviationIsEmptyWithoutANominal) {
+    const auto csv = section_csv(section_at(0, 0.0, false));
+    const auto rows = rows_of(csv);
+    ASSERT_GT(rows.size(), 2000U);
+    for (std::size_t i = 1; i < rows.size(); ++i)
+        ASSERT_EQ(rows[i][7], "");
+    EXPECT_EQ(section_csv(open_section(0)), "");
+}
+
+TEST(SectionsCsv, HasARowASectionAndThreeColumnsACharacteristic) {
+    const auto csv = sections_csv(part_of({section_at(0, 0.0), section_at(1, 0.2), open_section(2)}));
+    const auto rows = rows_of(csv);
+    ASSERT_EQ(rows.size(), 4U);
+    const auto& head = rows[0];
+    EXPECT_EQ(csv.substr(0, csv.find(",profile")), "index,z_mm,points,rejected,closed");
+    for (const auto& row : rows)
+        ASSERT_EQ(row.size(), 5U + 3U * 8U);
+    const auto column = [&](std::string_view name) {
+        return static_cast<std::size_t>(std::find(head.begin(), head.end(), name) - head.begin());
+    };
+    EXPECT_NEAR(*core::parse_number(rows[2][column("profile_pressure_mm")]), 0.406, 0.001);
+    EXPECT_NEAR(*core::parse_number(rows[2][column("profile_pressure_u95_mm")]), 0.0014, 1e-6);
+    EXPECT_EQ(rows[2][column("profile_pressure_decision")], "reject");
+    EXPECT_EQ(rows[1][column("profile_pressure_decision")], "accept");
+    EXPECT_EQ(rows[1][column("max_thickness_decision")], "reported");
+    EXPECT_EQ(rows[1][column("closed")], "1");
+    EXPECT_EQ(rows[3][column("closed")], "0");
+    EXPECT_EQ(rows[3][column("chord_mm")], "");
+    EXPECT_EQ(rows[3][column("chord_decision")], "not_evaluable");
+    EXPECT_EQ(rows[1][column("rejected")], "4");
+}
+
+TEST(RejectedCsv, NamesEveryRejectedPoint) {
+    const auto section = section_at(0, 0.0);
+    const auto csv = rejected_csv(part_of({section}));
+    const auto rows = rows_of(csv);
+    EXPECT_EQ(csv.substr(0, csv.find('\n')), "section,seq,x_mm,y_mm,z_mm,residual_mm,reason");
+    ASSERT_EQ(rows.size(), 1U + section.rejected());
+    const auto& bad = section.points[50];
+    EXPECT_EQ(rows[1][0], "0");
+    EXPECT_EQ(rows[1][1], "51");
+    EXPECT_NEAR(*core::parse_number(rows[1][2]), bad.centre_mm.x(), 1e-6);
+    EXPECT_NEAR(*core::parse_number(rows[1][5]), bad.verdict.residual_mm, 1e-6);
+    EXPECT_EQ(rows[1][6], "fit_residual");
+}
+
+TEST(ResultJson, CarriesMethodAndUncertaintyWithEveryNumber) {
+    auto part = part_of({section_at(0, 0.0), section_at(1, 0.2), open_section(2)});
+    part.part_name = "caf\xE9 \x01";  // not UTF-8
+    const auto json = nlohmann::json::parse(result_json(part));
+    EXPECT_EQ(json.at("schema"), "cmmlive-result");
+    EXPECT_EQ(json.at("schema_version"), 1);
+    EXPECT_EQ(json.at("verdict"), "reject");
+    EXPECT_EQ(json.at("reasons").size(), 2U);
+    EXPECT_EQ(json.at("run").at("ball_radius_mm"), 1.0);
+    ASSERT_EQ(json.at("sections").size(), 3U);
+    for (const auto& section : json.at("sections")) {
+        for (const auto& c : section.at("characteristics")) {
+            EXPECT_FALSE(c.at("method").get<std::string>().empty());
+            EXPECT_EQ(c.at("value_mm").is_null(), c.at("u95_mm").is_null());
+            EXPECT_EQ(c.at("value_mm").is_null(), c.at("decision") == "not_evaluable");
+        }
+        EXPECT_EQ(section.at("rejected_points").size(), section.at("rejected"));
+    }
+    EXPECT_EQ(json.at("sections")[2].at("why"), "gap of 3.2 mm");
+    EXPECT_EQ(json.at("sections")[1].at("characteristics")[3].at("limit_mm"), 0.1);
+}
+
+TEST(ReportHtml, IsOneFileWithEscapedNamesAndAllPictures) {
+    const auto part = part_of({section_at(0, 0.0), section_at(1, 0.2)});
+    const auto html = report_html(part);
+    EXPECT_EQ(html.find("rotor <1>"), std::string::npos);
+    EXPECT_NE(html.find("rotor &lt;1&gt; &amp; &quot;co&quot;"), std::string::npos);
+    EXPECT_EQ(html.find("<script"), std::string::npos);
+    EXPECT_EQ(html.find("src="), std::string::npos);
+    EXPECT_EQ(html.find("@import"), std::string::npos);
+    EXPECT_EQ(html.find("nan"), std::string::npos);
+    EXPECT_EQ(count_of(html, "<article"), 2U);
+    EXPECT_EQ(count_of(html, "deviations \u00d7 "), 2U) << "the magnification is stated";
+    EXPECT_EQ(count_of(html, "deviation in \u00b5m"), 2U);
+    EXPECT_EQ(count_of(html, ">z in mm<"), 8U) << "a trend for each characteristic";
+    EXPECT_EQ(count_of(html, "fit residual"), 8U) << "rejected points with their reason";
+    EXPECT_NE(html.find("class=\"whisker-out\""), std::string::npos);
+    EXPECT_NE(html.find("prefers-color-scheme:dark"), std::string::npos);
+    EXPECT_LT(html.size() / part.sections.size(), 200'000U) << "fifteen sections stay below 3 MB";
+    EXPECT_EQ(count_of(html, "<svg"), count_of(html, "</svg>"));
+    EXPECT_EQ(count_of(html, "<div"), count_of(html, "</div>"));
+}
+
+TEST(ReportHtml, BearsOpenSectionsMissingNominalsAndNothing) {
+    auto part = part_of({open_section(0), section_at(1, 0.0, false)});
+    const auto html = report_html(part);
+    EXPECT_NE(html.find("Not evaluable: gap of 3.2 mm"), std::string::npos);
+    EXPECT_EQ(html.find("nan"), std::string::npos);
+    EXPECT_EQ(html.find("inf "), std::string::npos);
+    EXPECT_NE(report_html(part_of({})).find("no section was measured"), std::string::npos);
+    SectionResult bare;
+    bare.why = "no points";
+    EXPECT_NE(report_html(part_of({bare})).find("no points"), std::string::npos);
+}
+
+TEST(Summary, EndsWithTheVerdictAndItsReasons) {
+    const auto text = summary_text(part_of({section_at(0, 0.0), section_at(1, 0.1)}));
+    EXPECT_NE(text.find("sides mm <= 0.100"), std::string::npos) << text;
+    EXPECT_NE(text.find("edges mm <= 0.060"), std::string::npos);
+    EXPECT_NE(text.find("0.206 !"), std::string::npos) << text;
+    EXPECT_NE(text.find("\nverdict: REJECT\n  section 1 (z 20.0): profile_pressure 0.206 mm +- 0.001 mm > 0.100 mm\n"),
+              std::string::npos)
+        << text;
+    EXPECT_NE(summary_text(part_of({section_at(0, 0.0, false)})).find("verdict: DONE\n"), std::string::npos);
+    EXPECT_NE(summary_text(part_of({open_section(0)})).find("verdict: UNDECIDED\n"), std::string::npos);
+}
+
+TEST(WriteOutputs, MakesTheFilesOfTheContract) {
+    std::string pattern = (fs::temp_directory_path() / "cmm-outputs-XXXXXX").string();
+    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
+    const auto dir = pattern + "/a/b";
+    ASSERT_TRUE(write_outputs(part_of({section_at(0, 0.0), open_section(1)}), dir));
+    for (const auto* name : {"sections.csv", "rejected.csv", "section-0.csv", "result.json", "report.html"}) {
+        EXPECT_TRUE(fs::exists(dir + "/" + name)) << name;
+    }
+    EXPECT_FALSE(fs::exists(dir + "/section-1.csv")) << "an open section has no contour";
+    const auto refused = write_outputs(part_of({}), dir + "/result.json/sub");
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, core::ErrorCode::journal_io);
+    fs::remove_all(pattern);
+}
+
+}  // namespace
+}  // namespace cmm::acquisition
