@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/path_tracker.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace cmm::acquisition {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr std::size_t first_points = 6, window_points = 7;
+constexpr std::size_t rejections_to_doubt = 4;  // runs of bad points are up to three long
+constexpr double noise_mm = 1.5e-3;
+constexpr double slack_mm = 8e-3;      // what a good point may be off at no distance ...
+constexpr double slack_per_mm = 0.12;  // ... and more with the distance, for the error of the heading
+constexpr double tightest_concave_mm = 2.0;
+constexpr double curvature_reach_mm = 0.6;
+constexpr double start_window_mm = 2.0;  // the start counts as passed when it is nearer than this
+
+Vector2d left_of(const Vector2d& v) {
+    return {-v.y(), v.x()};
+}
+double cross(const Vector2d& a, const Vector2d& b) {
+    return a.x() * b.y() - a.y() * b.x();
+}
+
+}  // namespace
+
+PathTracker::PathTracker(double ball_radius_mm, const Vector2d& heading)
+    : radius_(ball_radius_mm), tangent_(heading.normalized()) {}
+
+double PathTracker::Parabola::at(double x) const {
+    return coefficients[0] + x * (coefficients[1] + x * coefficients[2]);
+}
+
+Vector2d PathTracker::Parabola::local(const Vector2d& p) const {
+    return {(p - origin).dot(along), (p - origin).dot(left_of(along))};
+}
+
+Vector2d PathTracker::Parabola::tangent(double x) const {
+    return (along + slope(x) * left_of(along)).normalized();
+}
+
+Vector2d PathTracker::Parabola::point(double x) const {
+    return origin + x * along + at(x) * left_of(along);
+}
+
+PathTracker::Parabola PathTracker::fit(const std::vector<Weighted>& points, const Vector2d& origin,
+                                       const Vector2d& along) {
+    Parabola parabola{origin, along, Vector3d::Zero()};
+    // Scaled to unit length: the normal equations of a parabola over tenths of a millimetre are badly balanced
+    // otherwise.
+    double scale = 0.0;
+    for (const auto& p : points)
+        scale = std::max(scale, std::abs(parabola.local(p.point).x()));
+    if (scale <= 0.0) return parabola;
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    Vector3d rhs = Vector3d::Zero();
+    for (const auto& p : points) {
+        const Vector2d q = parabola.local(p.point);
+        const double x = q.x() / scale;
+        const Vector3d row(1.0, x, x * x);
+        normal += p.weight * row * row.transpose();
+        rhs += p.weight * q.y() * row;
+    }
+    const Vector3d solution = normal.ldlt().solve(rhs);
+    if (solution.allFinite()) parabola.coefficients = {solution[0], solution[1] / scale, solution[2] / (scale * scale)};
+    return parabola;
+}
+
+void PathTracker::add(const Vector2d& centre) {
+    if (!centre.allFinite() || (!raw_.empty() && (centre - raw_.back()).norm() < 1e-6)) return;
+    raw_.push_back(centre);
+    if (!ready_) {
+        if (raw_.size() >= first_points) reacquire();
+        return;
+    }
+    if (plausible(centre)) {
+        rejected_ = 0;
+        good_.push_back(centre);
+        update();
+    } else if (++rejected_ >= rejections_to_doubt) {
+        reacquire();
+    }
+}
+
+bool PathTracker::plausible(const Vector2d& centre) const {
+    const double x = (centre - position_).dot(tangent_), y = (centre - position_).dot(left_of(tangent_));
+    if (x <= 0.0) return false;
+    const double slack = slack_mm + slack_per_mm * x;
+    const double inwards = x < radius_ ? radius_ - std::sqrt(radius_ * radius_ - x * x) : x;
+    return y < inwards + slack && y > -(x * x / (2.0 * tightest_concave_mm) + slack);
+}
+
+/// Heading and position from the last points whatever they are: the parabola with the least median residual.
+void PathTracker::reacquire() {
+    const std::size_t count = std::min(raw_.size(), window_points);
+    const std::vector<Vector2d> window(raw_.end() - static_cast<std::ptrdiff_t>(count), raw_.end());
+    const auto residuals = [&](const Parabola& parabola) {
+        std::vector<double> off;
+        for (const auto& p : window) {
+            const Vector2d q = parabola.local(p);
+            off.push_back(std::abs(q.y() - parabola.at(q.x())));
+        }
+        return off;
+    };
+    Parabola best{window.back(), tangent_, Vector3d::Zero()};
+    double best_median = std::numeric_limits<double>::max();
+    for (std::size_t i = 0; i < count; ++i) {
+        for (std::size_t j = i + 1; j < count; ++j) {
+            for (std::size_t k = j + 1; k < count; ++k) {
+                const auto trial = fit({{window[i], 1.0}, {window[j], 1.0}, {window[k], 1.0}}, window.back(), tangent_);
+                auto off = residuals(trial);
+                std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(count / 2), off.end());
+                if (off[count / 2] >= best_median) continue;
+                best_median = off[count / 2];
+                best = trial;
+            }
+        }
+    }
+    const auto off = residuals(best);
+    const double limit = std::max(5.0 * best_median, slack_mm);
+    good_.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+        if (off[i] <= limit) good_.push_back(window[i]);
+    }
+    std::vector<Weighted> weighted;
+    for (const auto& p : good_)
+        weighted.push_back({p, 1.0});
+    const auto parabola = fit(weighted, good_.back(), tangent_);
+    if (!ready_) {
+        const double x = parabola.local(window.front()).x();
+        start_ = parabola.point(x);
+        start_tangent_ = parabola.tangent(x);
+        tangent_ = start_tangent_;
+        position_ = start_;
+        ready_ = true;
+    }
+    rejected_ = 0;
+    advance(parabola.point(0.0), parabola.tangent(0.0));
+    update();
+}
+
+/// After a good point: a short fit for the heading, a longer one for the curvature.
+void PathTracker::update() {
+    const Vector2d& newest = good_.back();
+    std::vector<Weighted> few, many;
+    double reach = 0.0;
+    for (std::size_t k = 0; k < good_.size(); ++k) {
+        const Vector2d& p = good_[good_.size() - 1 - k];
+        reach = (p - newest).norm();
+        if (k >= 5 && reach > curvature_reach_mm) break;
+        constexpr std::array<double, 4> weights{1.0, 1.0, 0.5, 0.25};
+        if (k < weights.size()) few.push_back({p, weights.at(k)});
+        many.push_back({p, 1.0});
+    }
+    if (few.size() < 3) return;
+    const auto near = fit(few, newest, tangent_), wide = fit(many, newest, tangent_);
+    const auto bend = [](const Parabola& p) {
+        return 2.0 * p.coefficients[2] / std::pow(1.0 + p.slope(0.0) * p.slope(0.0), 1.5);
+    };
+    const double step = (good_[good_.size() - 2] - newest).norm();
+    // Three points say little about the curvature, but they say it at once: less their noise it bounds the step.
+    const double doubt = 6.0 * noise_mm / std::max(step * step, 1e-6);
+    const double limit = 1.0 / radius_;
+    curvature_ = std::clamp(bend(wide), -1.0 / tightest_concave_mm, limit);
+    sharpest_ = std::min(limit, std::max(std::abs(curvature_), std::abs(bend(near)) - doubt));
+    advance(near.point(0.0), near.tangent(0.0));
+}
+
+void PathTracker::advance(const Vector2d& position, const Vector2d& tangent) {
+    const Vector2d before = position_ - start_, after = position - start_;
+    length_ += (position - position_).norm();
+    turned_ += std::atan2(cross(tangent_, tangent), tangent_.dot(tangent));
+    position_ = position;
+    tangent_ = tangent;
+    // At the start the heading is known to a tenth of a radian or so, and a turn may end a little early.
+    const bool turned_round = turned_ > 2.0 * std::numbers::pi - 0.7;
+    const bool passed = before.dot(start_tangent_) < 0.0 && after.dot(start_tangent_) >= 0.0;
+    if (turned_round && passed && after.norm() < start_window_mm) closed_ = true;
+}
+
+}  // namespace cmm::acquisition
