@@ -6,11 +6,11 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
-#include <memory>
 #include <optional>
 #include <span>
 
 #include "core/clock.hpp"
+#include "sim/command.hpp"
 #include "sim/machine_file.hpp"
 #include "sim/probe.hpp"
 #include "sim/ramp.hpp"
@@ -19,57 +19,6 @@
 #include "sim/surface.hpp"
 
 namespace cmm::sim {
-
-/// Register 64 of docs/protocol-modbus.md.
-enum class MachineState : std::uint16_t {
-    idle,
-    homing,
-    moving,
-    touching,
-    scanning,
-    starved,
-    stopped,
-    fault,
-    emergency,
-    qualifying
-};
-
-/// The result codes of the document.
-enum class ResultCode : std::uint16_t {
-    ok = 0,
-    unknown_opcode = 1,
-    bad_argument = 3,
-    refused = 4,
-    busy = 5,
-    travel_limit = 6,
-    not_owner = 7,
-    path_invalid = 8,
-    no_contact = 9,
-    watchdog = 10,
-    overflow = 11,
-    emergency = 12,
-    stopped = 13,
-    collision = 14
-};
-
-enum class CommandState : std::uint16_t { none, running, done, failed };
-
-enum class StopKind : std::uint16_t { controlled = 1, emergency = 2 };
-
-struct Command {
-    std::uint16_t seq = 0;
-    std::uint16_t opcode = 0;
-    std::uint32_t owner = 0;
-    std::array<std::int32_t, 8> args{};
-};
-
-/// What became of the last command taken.
-struct CommandStatus {
-    std::uint16_t seq = 0;
-    CommandState state = CommandState::none;
-    ResultCode result = ResultCode::ok;
-    std::array<std::int32_t, 4> values{};
-};
 
 /// What the simulator knows about a sample and a real controller does not.
 struct SampleTruth {
@@ -194,6 +143,7 @@ class Controller {
     void follow();
     void on_touch_end();
     bool record(const Footing& at, std::int64_t index, std::uint16_t quality_bits, double turning_per_mm);
+    ProbeError draw_error(std::int64_t index, double turning_per_mm);
 
     ControllerOptions options_;
     const core::Clock& clock_;
@@ -230,6 +180,8 @@ class Controller {
     Footing next_;                 // at the point the probe is going to
     std::size_t warm_ = 0;
     std::uint32_t touches_ = 0;
+    double path_recorded_ = 0.0;  // points of this path so far, and those of them at edges
+    double path_edges_ = 0.0;
 };
 
 }  // namespace cmm::sim

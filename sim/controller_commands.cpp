@@ -96,6 +96,7 @@ ResultCode Controller::path_begin(std::int32_t id) {
                 PathLimits{machine.max_speed_mm_s, machine.max_accel_mm_s2, 1.0 / machine.sample_rate_hz});
     path_fault_ = ResultCode::ok;
     path_passed_ = 0;
+    path_recorded_ = path_edges_ = 0.0;
     path_used_ = path_ended_ = overflowed_ = false;
     return ResultCode::ok;
 }

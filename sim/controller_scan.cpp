@@ -14,6 +14,10 @@ constexpr double unit_tolerance = 0.01;  // of a path normal's length
 constexpr std::uint32_t touch_stream = 1U << 31U;  // touches draw their errors apart from path points
 constexpr double edge_turning_per_mm = 0.15;  // the ball's path about an edge bends more than this, along a side less
 
+// Until a path has shown its share of edge points, this one counts as so many points.
+constexpr double usual_edge_share = 0.25;
+constexpr double usual_edge_weight = 100.0;
+
 /// 0 on a straight, towards 1 where the path bends sharply, 0.5 at `edge_turning_per_mm`.
 double edge_ness(double turning_per_mm) {
     return turning_per_mm / (turning_per_mm + edge_turning_per_mm);
@@ -122,6 +126,16 @@ void Controller::on_touch_end() {
               options_.machine.max_speed_mm_s);
 }
 
+ProbeError Controller::draw_error(std::int64_t index, double turning_per_mm) {
+    if (index < 0) return probe_error(probe_, path_.id(), touch_stream + touches_++, 0.0);
+    const double bend = edge_ness(turning_per_mm);
+    ++path_recorded_;
+    path_edges_ += bend > 0.5 ? 1 : 0;
+    probe_.edge_points_share =
+        (path_edges_ + usual_edge_share * usual_edge_weight) / (path_recorded_ + usual_edge_weight);
+    return probe_error(probe_, path_.id(), static_cast<std::uint32_t>(index), bend);
+}
+
 bool Controller::record(const Footing& at, std::int64_t index, std::uint16_t quality_bits, double turning_per_mm) {
     if (fifo_.full()) {
         overflowed_ = true;
@@ -131,8 +145,7 @@ bool Controller::record(const Footing& at, std::int64_t index, std::uint16_t qua
     truth.index = index;
     truth.centre_mm = at.centre;
     if (at.contact) {
-        const std::uint32_t key = index < 0 ? touch_stream + touches_++ : static_cast<std::uint32_t>(index);
-        const ProbeError error = probe_error(probe_, path_.id(), key, edge_ness(turning_per_mm));
+        const ProbeError error = draw_error(index, turning_per_mm);
         truth.noise_mm = error.noise_mm;
         truth.bad_mm = error.bad_mm;
     }

@@ -16,7 +16,8 @@
 namespace cmm::sim {
 namespace {
 
-constexpr int tick_ms = 1;
+constexpr int tick_ms = 1;       // in motion: a sample reaches the FIFO this late at most
+constexpr int rest_tick_ms = 5;  // the heartbeat changes every 20 ms at least
 
 /// Another number for each start, and never 0.
 std::uint16_t new_boot_id(const core::Clock& clock) {
@@ -41,7 +42,8 @@ struct Simulator::Parts {
         server->run(*bank, [this] {
             const bool more = controller->step();
             if (log) log->flush_if_due(clock.now());
-            return more ? 0 : tick_ms;
+            if (more) return 0;
+            return controller->state() == MachineState::idle ? rest_tick_ms : tick_ms;
         });
     }
 };
