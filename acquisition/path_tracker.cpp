@@ -13,7 +13,7 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr std::size_t first_points = 6, window_points = 7;
+constexpr std::size_t first_points = 9, window_points = 7;
 constexpr std::size_t rejections_to_doubt = 4;  // runs of bad points are up to three long
 constexpr double noise_mm = 1.5e-3;
 constexpr double slack_mm = 8e-3;      // what a good point may be off at no distance ...
@@ -83,6 +83,7 @@ void PathTracker::add(const Vector2d& centre) {
     if (plausible(centre)) {
         rejected_ = 0;
         good_.push_back(centre);
+        expect_turn(centre);
         update();
     } else if (++rejected_ >= rejections_to_doubt) {
         reacquire();
@@ -94,12 +95,35 @@ bool PathTracker::plausible(const Vector2d& centre) const {
     if (x <= 0.0) return false;
     const double slack = slack_mm + slack_per_mm * x;
     const double inwards = x < radius_ ? radius_ - std::sqrt(radius_ * radius_ - x * x) : x;
-    return y < inwards + slack && y > -(x * x / (2.0 * tightest_concave_mm) + slack);
+    return y < inwards + slack + x * std::tan(std::min(doubt_rad_, 1.2)) &&
+           y > -(x * x / (2.0 * tightest_concave_mm) + slack);
+}
+
+/// An edge that begins somewhere in the last step shows as a small deviation y inwards, but the arc behind it, as tight
+/// as the ball, has turned by sqrt(2 y / r) already.
+void PathTracker::expect_turn(const Vector2d& centre) {
+    const double x = (centre - position_).dot(tangent_), y = (centre - position_).dot(left_of(tangent_));
+    const double surprise = y - 0.5 * curvature_ * x * x;
+    const double usual = 3.0 * noise_mm + 0.02 * x;
+    doubt_rad_ = surprise > usual ? std::sqrt(2.0 * surprise / radius_) : 0.0;
+}
+
+void PathTracker::lost_contact() {
+    if (!ready_ || rejected_ == 0) return;
+    const Vector2d newest = raw_.back(), before = raw_[raw_.size() - 2];
+    const Vector2d way = (newest - before).normalized();
+    const bool turns_in = cross(tangent_, newest - position_) > 0.0 && cross(tangent_, way) > 0.0;
+    if (!turns_in) return;
+    good_ = {before, newest};
+    rejected_ = 0;
+    curvature_ = sharpest_ = 1.0 / radius_;
+    doubt_rad_ = 0.5;
+    advance(newest, way);
 }
 
 /// Heading and position from the last points whatever they are: the parabola with the least median residual.
 void PathTracker::reacquire() {
-    const std::size_t count = std::min(raw_.size(), window_points);
+    const std::size_t count = ready_ ? std::min(raw_.size(), window_points) : raw_.size();
     const std::vector<Vector2d> window(raw_.end() - static_cast<std::ptrdiff_t>(count), raw_.end());
     const auto residuals = [&](const Parabola& parabola) {
         std::vector<double> off;
@@ -142,6 +166,7 @@ void PathTracker::reacquire() {
         ready_ = true;
     }
     rejected_ = 0;
+    doubt_rad_ = 0.0;
     advance(parabola.point(0.0), parabola.tangent(0.0));
     update();
 }
@@ -169,7 +194,8 @@ void PathTracker::update() {
     const double doubt = 6.0 * noise_mm / std::max(step * step, 1e-6);
     const double limit = 1.0 / radius_;
     curvature_ = std::clamp(bend(wide), -1.0 / tightest_concave_mm, limit);
-    sharpest_ = std::min(limit, std::max(std::abs(curvature_), std::abs(bend(near)) - doubt));
+    sharpest_ =
+        doubt_rad_ > 0.0 ? limit : std::min(limit, std::max(std::abs(curvature_), std::abs(bend(near)) - doubt));
     advance(near.point(0.0), near.tangent(0.0));
 }
 

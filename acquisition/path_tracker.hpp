@@ -14,10 +14,12 @@ namespace cmm::acquisition {
 /// millimetres.
 class PathTracker {
   public:
-    /// `heading` is a guess until the first six points are there.
+    /// `heading` is a guess until the first nine points are there.
     PathTracker(double ball_radius_mm, const Eigen::Vector2d& heading);
 
     void add(const Eigen::Vector2d& centre);
+    /// The ball lost the surface: if the last point was rejected for turning in, it was right after all.
+    void lost_contact();
 
     bool ready() const { return ready_; }
     const Eigen::Vector2d& position() const { return position_; }
@@ -54,6 +56,7 @@ class PathTracker {
     bool plausible(const Eigen::Vector2d& centre) const;
     void reacquire();
     void update();
+    void expect_turn(const Eigen::Vector2d& centre);
     void advance(const Eigen::Vector2d& position, const Eigen::Vector2d& tangent);
 
     double radius_;
@@ -61,6 +64,7 @@ class PathTracker {
     Eigen::Vector2d position_ = Eigen::Vector2d::Zero(), tangent_;
     Eigen::Vector2d start_ = Eigen::Vector2d::Zero(), start_tangent_ = Eigen::Vector2d::UnitX();
     double curvature_ = 0.0, sharpest_ = 0.0;
+    double doubt_rad_ = 0.0;  // how much more the heading may have turned in than the last points show
     std::size_t rejected_ = 0;
     double length_ = 0.0, turned_ = 0.0;
     bool ready_ = false, closed_ = false;

@@ -83,7 +83,7 @@ drivers::PathPoint UnknownScan::predicted() {
     if (lost_ > 0) {
         step_ = finest_;
         const Vector2d turned = Eigen::Rotation2Dd(inward_turn_rad * static_cast<double>(lost_)) * tangent;
-        return path_point(tracker_.position() + 0.5 * options_.ball_radius_mm * turned, turned, finest_);
+        return path_point(tracker_.position() + finest_ * turned, turned, finest_);
     }
     step_ = wanted_step();
     // Points that were not believed leave the tracker behind: the next one lies beyond them.
@@ -97,6 +97,7 @@ core::Status UnknownScan::on_sample(const Eigen::Vector3d& centre_mm, bool no_co
     waiting_ = false;
     if (no_contact) {
         ++lost_;
+        tracker_.lost_contact();
         if (lost_mm_ <= lost_limit_mm) return {};
         return core::fail(ErrorCode::fit_not_evaluable,
                           "the surface was lost near x " + core::fixed(tracker_.position().x(), 3) + ", y " +
