@@ -26,8 +26,8 @@ double signed_area(const Contour& c) {
 }
 
 TEST(SectionCut, MeshOfACone) {
-    const MeshSurface cone(test::revolve({{10.0, 0.0}, {5.0, 20.0}}, 100));
-    for (const double z : {0.0, 7.0, 19.99}) {  // 0: a plane through corners
+    const MeshSurface cone(test::revolve({{10.0, 0.0}, {8.25, 7.0}, {5.0, 20.0}}, 100));
+    for (const double z : {0.01, 7.0, 13.0, 19.99}) {  // 7: a plane through corners
         const auto cut = cut_section(cone, z);
         ASSERT_TRUE(cut) << cut.error().text();
         ASSERT_EQ(cut->size(), 1U);
