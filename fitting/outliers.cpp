@@ -8,16 +8,21 @@
 #include <cstdint>
 #include <limits>
 
+#include "fitting/spline.hpp"
+
 namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-constexpr double scatter_factor = 8.0;   // times the local robust sigma of the residuals
+constexpr double scatter_factor = 7.0;        // times the robust sigma of the residuals
+constexpr double texture_factor = 1.4;        // local over global scatter from which the local one counts
 constexpr double quadruple_gain = 1.39;  // sigma of a residual / sigma of a point, equal spacing: sqrt(1 + 34/36)
 constexpr int deepest = 4;               // points of one cluster that are removed together
 constexpr double run_cost = 0.8, point_cost = 0.2;  // in units of one residual at its threshold, squared
 constexpr std::size_t longest_run = 4;              // of adjacent bad points: a longer one is a feature of the part
 constexpr std::size_t widest_region = 48;           // bits of the removed-set mask
+constexpr double sparse_step_mm = 0.04;       // from this spacing on all points are one chain
+constexpr std::size_t least_chain = 200;
 constexpr double largest_share = 0.2;               // more bad points than this: the chain is no curve, stop looking
 
 double arc_of_chord(double chord, double turn) {
@@ -104,25 +109,28 @@ class Finder {
             step[i] = std::max(in.norm(), out.norm());
             curvature[i] = turn_angle(in, out) / (0.5 * (in.norm() + out.norm()));
         }
+        const double overall = quantile(magnitude, 0, 0, static_cast<std::ptrdiff_t>(n_) - 1, 0.5) / 0.6745;
+        sigma_ = overall / quadruple_gain;
         const auto reach = static_cast<std::ptrdiff_t>(std::min<std::size_t>(24, n_ / 4));
-        double scatter = 0.0;
+        double scatter = overall;
         for (std::size_t i = 0; i < n_; ++i) {
             // Four clean tenths are enough to see the noise among the five residuals that each bad point spoils.
-            if (i % 8 == 0) scatter = quantile(magnitude, i, -reach, reach, 0.4) / 0.5244;
-            const double sampling = sampling_error(curvature, step[i], i);
+            const double local = i % 8 == 0 ? quantile(magnitude, i, -reach, reach, 0.4) / 0.5244 : scatter;
+            scatter = local > texture_factor * overall ? local : overall;
+            const double sampling = sampling_error(curvature, step, i);
             threshold_[i] = std::max({floor, scatter_factor * scatter, 0.5 * scatter_factor * scatter + sampling});
         }
-        sigma_ = quantile(magnitude, 0, 0, static_cast<std::ptrdiff_t>(n_) - 1, 0.5) / 0.6745 / quadruple_gain;
     }
 
     /// What the cubic of a good point's neighbours may miss by sampling alone. On a circle, steps h of angle g leave
     /// h g^3 / 6; where the curvature jumps by d (edge to side) h^2 d / 16. Twice and once that.
-    double sampling_error(const std::vector<double>& curvature, double h, std::size_t i) {
+    double sampling_error(const std::vector<double>& curvature, const std::vector<double>& step, std::size_t i) {
         const std::ptrdiff_t reach = n_ < 32 ? 3 : 7;
-        const double least = 0.05 / std::max(h, 1e-9);
-        if (std::abs(curvature[i]) < least && std::abs(curvature[(i + 1) % n_]) < least &&
-            std::abs(curvature[(i + n_ - 1) % n_]) < least)
-            return 0.0;
+        const double turn = std::max({std::abs(curvature[i]) * step[i], std::abs(curvature[(i + 1) % n_]) * step[(i + 1) % n_],
+                                      std::abs(curvature[(i + n_ - 1) % n_]) * step[(i + n_ - 1) % n_]});
+        if (turn < 0.05) return 0.0;
+        // Medians on either side: the point itself and its bad neighbours have no say in what is excused.
+        const double h = std::max(quantile(step, i, -reach, -1, 0.5), quantile(step, i, 1, reach, 0.5));
         const double before = quantile(curvature, i, -reach, -1, 0.5), after = quantile(curvature, i, 1, reach, 0.5);
         const double g = std::min(1.5, h * 0.5 * std::abs(before + after));
         return h * g * g * g / 3.0 + h * h * std::abs(after - before) / 16.0;
@@ -312,14 +320,32 @@ double spline_residual(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& 
 }
 
 BadPoints find_bad_points(std::span<const Vec2> points, bool closed, double floor_mm) {
-    if (points.size() < 7) {
-        BadPoints all_good;
-        all_good.bad.assign(points.size(), 0);
-        all_good.residual.assign(points.size(), 0.0);
-        all_good.threshold_mm.assign(points.size(), floor_mm);
-        return all_good;
+    const std::size_t n = points.size();
+    BadPoints all;
+    all.bad.assign(n, 0);
+    all.residual.assign(n, 0.0);
+    all.threshold_mm.assign(n, floor_mm);
+    if (n < 7) return all;
+    // Points much denser than bad points are high lie close to their bad neighbours, whatever the spline does. Taking every
+    // k-th point in k interleaved chains restores the proportions, and makes singles out of runs.
+    const std::vector<double> s = chord_parameters(points, false);
+    const double mean_step = s.back() / static_cast<double>(n);
+    const auto chains = std::clamp<std::size_t>(static_cast<std::size_t>(sparse_step_mm / std::max(mean_step, 1e-9)), 1,
+                                                std::max<std::size_t>(1, n / least_chain));
+    std::vector<Vec2> chain;
+    for (std::size_t first = 0; first < chains; ++first) {
+        chain.clear();
+        for (std::size_t i = first; i < n; i += chains) chain.push_back(points[i]);
+        const BadPoints found = Finder(chain, closed, floor_mm).run();
+        for (std::size_t k = 0, i = first; i < n; ++k, i += chains) {
+            all.bad[i] = found.bad[k];
+            all.residual[i] = found.residual[k];
+            all.threshold_mm[i] = found.threshold_mm[k];
+        }
+        all.count += found.count;
+        all.sigma_mm += found.sigma_mm / static_cast<double>(chains);
     }
-    return Finder(points, closed, floor_mm).run();
+    return all;
 }
 
 }  // namespace cmm::fitting

@@ -19,6 +19,8 @@ namespace {
 using core::ErrorCode;
 
 constexpr double restore_share = 0.6;  // of the threshold: below it a point that its neighbours accused is good
+constexpr std::size_t stiff_span = 8;       // points a knot interval of the first fit: a run of three bad ones stands out
+constexpr std::size_t supple_span = 3;
 constexpr int most_rounds = 4;         // of fit, reject, restore
 constexpr double most_bad_share = 0.2;
 
@@ -72,10 +74,10 @@ class SectionFitter {
             if (found.bad[k]) reason_[k] = RejectReason::spline_residual;
         for (int round = 0; round < most_rounds; ++round) {
             collect_good_points();
-            auto smooth = smooth_closed(good_, found.sigma_mm);
+            auto smooth = smooth_closed(good_, found.sigma_mm, round == 0 ? stiff_span : supple_span);
             if (!smooth) return tl::unexpected(smooth.error());
             smooth_ = std::move(*smooth);
-            if (!revise_verdicts(found.threshold_mm)) break;
+            if (!revise_verdicts(found.threshold_mm) && round > 0) break;
         }
         estimate_noise();
         return check_turning();

@@ -19,7 +19,6 @@ using SpanBasis = std::array<Cubic, 4>;  // the four B-splines that live on a sp
 constexpr std::size_t least_points = 12;
 constexpr double sigma_floor_mm =
     1e-4;  // below 0.1 um nothing is resolved: noise-free data do not ask for endless knots
-constexpr std::size_t points_per_span = 3;  // of a least-squares span; fewer only where the misfit is gross
 constexpr double gross_misfit_mm = 1e-3;
 
 /// Basis of span k by the recursion of seed 000, eq 7, carried out on polynomials; `knot(i)` continues over the period.
@@ -59,8 +58,11 @@ double chi_square_limit(double n) {
 
 class Smoother {
   public:
-    Smoother(std::span<const Vec2> points, double sigma)
-        : input_(points), sigma_(std::max(sigma, sigma_floor_mm)), order_(points.size()) {
+    Smoother(std::span<const Vec2> points, double sigma, std::size_t least_per_span)
+        : input_(points),
+          sigma_(std::max(sigma, sigma_floor_mm)),
+          least_per_span_(least_per_span),
+          order_(points.size()) {
         std::iota(order_.begin(), order_.end(), std::size_t{0});
         parametrise_by_chords();
         sort_points();
@@ -218,8 +220,8 @@ class Smoother {
     /// Fewer points than usual only against a gross misfit, and a knot on every point (interpolation, which would
     /// follow bad points) only where the points are so sparse that the curve turns by a quarter of a radian from one to
     /// the next.
-    std::size_t least_per_span(std::size_t span, bool gross) const {
-        if (!gross) return points_per_span;
+    std::size_t least_in(std::size_t span, bool gross) const {
+        if (!gross || least_per_span_ > 3) return least_per_span_;
         const auto& pieces = curve_.pieces();
         const double turn = std::abs(turn_angle(pieces[span][1], pieces[(span + 1) % pieces.size()][1]));
         return turn > 0.25 * static_cast<double>(count(span)) ? 1 : 2;
@@ -244,7 +246,7 @@ class Smoother {
             const bool misfit =
                 squares > variance * chi_square_limit(amount) || products > variance * 3.0 * std::sqrt(amount);
             const bool gross = squares > amount * std::pow(std::max(3.0 * sigma_, gross_misfit_mm), 2);
-            if (!misfit || held < 2 * least_per_span(k, gross)) continue;
+            if (!misfit || held < 2 * least_in(k, gross)) continue;
             const std::size_t before = finer.size();
             push_knot(finer, knots[k] + held / 2);
             any = any || finer.size() > before;
@@ -282,6 +284,7 @@ class Smoother {
 
     std::span<const Vec2> input_;
     double sigma_;
+    std::size_t least_per_span_;
     std::vector<std::size_t> order_;  // sorted position -> input index
     std::vector<Vec2> points_;        // sorted by parameter
     std::vector<double> t_, residual_;
@@ -292,11 +295,11 @@ class Smoother {
 
 }  // namespace
 
-core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points, double sigma_mm) {
+core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points, double sigma_mm, std::size_t least_per_span) {
     if (points.size() < least_points)
         return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: needs " + std::to_string(least_points) +
                                                             " points, got " + std::to_string(points.size()));
-    Smoother smoother(points, sigma_mm);
+    Smoother smoother(points, sigma_mm, least_per_span);
     if (const auto status = smoother.run(); !status) return tl::unexpected(status.error());
     return std::move(smoother).result();
 }
