@@ -6,14 +6,17 @@
 namespace cmm::acquisition {
 namespace {
 
-constexpr int mm_digits = 4;   // a tenth of a micrometre: the controller's count
+constexpr int mm_digits = 4;  // a tenth of a micrometre: the controller's count
 constexpr int fine_digits = 6;
 
 std::string_view to_string(LiveSnapshot::State state) {
     switch (state) {
-        case LiveSnapshot::State::empty: return "empty";
-        case LiveSnapshot::State::open: return "open";
-        case LiveSnapshot::State::closed: return "closed";
+        case LiveSnapshot::State::empty:
+            return "empty";
+        case LiveSnapshot::State::open:
+            return "open";
+        case LiveSnapshot::State::closed:
+            return "closed";
     }
     return "empty";
 }
@@ -82,7 +85,8 @@ std::string link_payload(const drivers::LinkStats& stats) {
         .add("retries", stats.retries)
         .add("reconnects", stats.reconnects)
         .add("bytes_received", stats.bytes_received)
-        .add("mean_round_trip_ms", stats.ok > 0 ? stats.total_round_trip_us * 1e-3 / static_cast<double>(stats.ok) : 0.0, 4)
+        .add("mean_round_trip_ms",
+             stats.ok > 0 ? stats.total_round_trip_us * 1e-3 / static_cast<double>(stats.ok) : 0.0, 4)
         .add("max_round_trip_ms", stats.max_round_trip_us * 1e-3, 3)
         .text();
 }

@@ -13,8 +13,11 @@ namespace {
 std::size_t utf8_length(std::string_view text) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
     const unsigned lead = byte(0);
-    const std::size_t length = lead < 0x80 ? 1 : lead >= 0xC2 && lead < 0xE0 ? 2 : lead >= 0xE0 && lead < 0xF0 ? 3
-                               : lead >= 0xF0 && lead < 0xF5 ? 4 : 0;
+    const std::size_t length = lead < 0x80                   ? 1
+                               : lead >= 0xC2 && lead < 0xE0 ? 2
+                               : lead >= 0xE0 && lead < 0xF0 ? 3
+                               : lead >= 0xF0 && lead < 0xF5 ? 4
+                                                             : 0;
     if (length == 0 || length > text.size()) return 0;
     for (std::size_t i = 1; i < length; ++i) {
         if ((byte(i) & 0xC0) != 0x80) return 0;
@@ -48,7 +51,9 @@ std::string json_string(std::string_view text) {
     return out + '"';
 }
 
-JsonFields& JsonFields::add(std::string_view key, std::string_view value) { return raw(key, json_string(value)); }
+JsonFields& JsonFields::add(std::string_view key, std::string_view value) {
+    return raw(key, json_string(value));
+}
 
 JsonFields& JsonFields::add(std::string_view key, double value, int digits) {
     return raw(key, std::isfinite(value) ? core::fixed(value, digits) : "null");

@@ -23,7 +23,8 @@ void LiveSection::take(const RecordedPoint& point) {
 }
 
 void LiveSection::restore(const std::vector<RecordedPoint>& points) {
-    for (const auto& point : points) take(point);
+    for (const auto& point : points)
+        take(point);
 }
 
 void LiveSection::add(std::span<const core::Sample> samples) {
@@ -32,7 +33,8 @@ void LiveSection::add(std::span<const core::Sample> samples) {
         point.sequence = sample.sequence;
         point.flags = sample.flags;
         point.centre_mm = part_from_machine_(core::Position<core::MachineFrame>{core::centre_mm(sample, lsb_mm_)}).mm;
-        if ((sample.flags & core::sample_flag::no_contact) != 0) point.verdict.reason = fitting::RejectReason::no_contact;
+        if ((sample.flags & core::sample_flag::no_contact) != 0)
+            point.verdict.reason = fitting::RejectReason::no_contact;
         take(point);
         last_host_time_ = core::Duration(sample.host_time_ns);
         last_machine_time_s_ = static_cast<double>(sample.machine_time_us) * 1e-6;

@@ -20,18 +20,20 @@ struct LiveSnapshot {
     State state = State::empty;
     std::size_t points = 0;
     std::size_t no_contact = 0;
-    double length_mm = 0.0;                                 ///< travelled by the ball centre
-    Eigen::Vector3d last_mm = Eigen::Vector3d::Zero();      ///< last ball centre, part frame
-    std::optional<double> worst_deviation_mm;   ///< provisional, against the nominal: largest median of 7 neighbours, so that bad
-                                                ///< points and runs of three do not count; nothing before 7 points
+    double length_mm = 0.0;                             ///< travelled by the ball centre
+    Eigen::Vector3d last_mm = Eigen::Vector3d::Zero();  ///< last ball centre, part frame
+    std::optional<double>
+        worst_deviation_mm;  ///< provisional, against the nominal: largest median of 7 neighbours, so that bad
+                             ///< points and runs of three do not count; nothing before 7 points
 };
 
-/// The section under the probe, fed sample by sample: keeps every point, knows how far it is and how it stands against the
-/// nominal. `add` costs a constant time a sample. Never throws, never blocks; one owner.
+/// The section under the probe, fed sample by sample: keeps every point, knows how far it is and how it stands against
+/// the nominal. `add` costs a constant time a sample. Never throws, never blocks; one owner.
 class LiveSection {
   public:
     /// `expected` points close the section (0: unknown until `close_after`). `setup` outlives the section.
-    LiveSection(const SectionSetup& setup, double lsb_mm, const core::PartFromMachine& part_from_machine, std::size_t expected);
+    LiveSection(const SectionSetup& setup, double lsb_mm, const core::PartFromMachine& part_from_machine,
+                std::size_t expected);
 
     void add(std::span<const core::Sample> samples);
     /// Points of an earlier path of this section (resume); before the first `add`.

@@ -168,8 +168,6 @@ ScanSpec read_scan(const ConfigTable& table, NominalKind nominal) {
         for (const std::string_view key : {"start_mm", "toward_mm", "box_mm"}) {
             if (table.has(key)) table.complain(key, "is for nominal.kind = \"none\" only");
         }
-    } else if (!table.has("box_mm")) {
-        table.complain("box_mm", "is missing: without a nominal the box that holds the part must be given");
     }
     if (scan.start_mm && scan.toward_mm && (*scan.start_mm - *scan.toward_mm).norm() < smallest_mm) {
         table.complain("toward_mm", "must differ from start_mm");

@@ -100,6 +100,10 @@ std::vector<Vector3d> travel_route(const Plan& plan, const Vector3d& from, const
 }
 
 core::Result<Plan> make_plan(const PartFile& part, const Nominal* nominal, const drivers::Capabilities* capabilities) {
+    if (nominal == nullptr && !part.scan.box_mm) {
+        return core::fail(core::ErrorCode::plan_invalid,
+                          part.path + ": without a nominal and without [scan] box_mm the machine's travel must be known (--machine)");
+    }
     Plan plan;
     plan.part_name = part.name;
     plan.approach_mm = part.scan.approach_mm;

@@ -24,7 +24,8 @@ RecordedPoint recorded(const core::Sample& sample, double lsb_mm) {
 double height_of(const RecordedSection& section, const PartFile& part) {
     if (section.index < part.scan.heights_mm.size()) return part.scan.heights_mm[section.index];
     double sum = 0.0;
-    for (const auto& point : section.points) sum += point.centre_mm.z();
+    for (const auto& point : section.points)
+        sum += point.centre_mm.z();
     return section.points.empty() ? 0.0 : sum / static_cast<double>(section.points.size());
 }
 
@@ -48,8 +49,9 @@ core::Result<std::vector<RecordedSection>> recorded_sections(const Journal& jour
             if ((sample.flags & core::sample_flag::touch) != 0) continue;
             const auto found = section_of_path.find(sample.path);
             if (found == section_of_path.end()) {
-                return core::fail(core::ErrorCode::journal_corrupt, "sample " + std::to_string(sample.sequence) + " belongs to path " +
-                                                                        std::to_string(sample.path) + ", which was never begun");
+                return core::fail(core::ErrorCode::journal_corrupt,
+                                  "sample " + std::to_string(sample.sequence) + " belongs to path " +
+                                      std::to_string(sample.path) + ", which was never begun");
             }
             sections[found->second].points.push_back(recorded(sample, lsb_mm));
         }
@@ -57,7 +59,8 @@ core::Result<std::vector<RecordedSection>> recorded_sections(const Journal& jour
     });
     if (!status) return tl::unexpected(status.error());
     std::vector<RecordedSection> ordered;
-    for (auto& [index, section] : sections) ordered.push_back(std::move(section));
+    for (auto& [index, section] : sections)
+        ordered.push_back(std::move(section));
     return ordered;
 }
 
@@ -86,7 +89,7 @@ core::Result<PartResult> results_of_run(const std::string& run_file, const PartF
     result.has_nominal = *nominal != nullptr;
     result.complete = recorded->size() == part->scan.heights_mm.size();
     PartFile measured = *part;
-    measured.stylus.radius_mm = header.ball_radius_mm;   // the ball that measured, whatever a second part file says
+    measured.stylus.radius_mm = header.ball_radius_mm;  // the ball that measured, whatever a second part file says
     for (const auto& section : *recorded) {
         auto setup = make_section_setup(measured, nominal->get(), section.index, height_of(section, measured));
         if (!setup) return tl::unexpected(setup.error());
@@ -96,7 +99,8 @@ core::Result<PartResult> results_of_run(const std::string& run_file, const PartF
     return result;
 }
 
-core::Result<PartResult> results_of_points(const std::vector<PointSection>& sections, double ball_radius_mm, const PartFile* part) {
+core::Result<PartResult> results_of_points(const std::vector<PointSection>& sections, double ball_radius_mm,
+                                           const PartFile* part) {
     PartFile bare;
     bare.name = "points";
     PartFile used = part != nullptr ? *part : bare;
@@ -121,7 +125,8 @@ core::Result<PartResult> results_of_points(const std::vector<PointSection>& sect
             point.sequence = ++sequence;
             point.centre_mm = sections[i].points_mm[k];
             point.flags = sections[i].flags.empty() ? std::uint16_t{0} : sections[i].flags[k];
-            if ((point.flags & core::sample_flag::no_contact) != 0) point.verdict.reason = fitting::RejectReason::no_contact;
+            if ((point.flags & core::sample_flag::no_contact) != 0)
+                point.verdict.reason = fitting::RejectReason::no_contact;
             points.push_back(point);
         }
         result.sections.push_back(finish_section(*setup, std::move(points)));

@@ -16,19 +16,20 @@ namespace cmm::acquisition {
 /// The samples of one section as the run file holds them, in order, over all paths that measured it.
 struct RecordedSection {
     std::size_t index = 0;
-    bool finished = false;                 ///< its last path came to its end
+    bool finished = false;  ///< its last path came to its end
     std::uint16_t last_path = 0;
-    std::vector<RecordedPoint> points;     ///< part frame; touches are left out
+    std::vector<RecordedPoint> points;  ///< part frame; touches are left out
 };
 
 /// Errors: journal_io, journal_corrupt (a sample of a path that was never begun).
 core::Result<std::vector<RecordedSection>> recorded_sections(const Journal& journal);
 
-/// A finished or broken run judged again from its raw points, by the part file it was measured with (`part` empty) or by
-/// another one. The same functions as during the scan: the same contour to the last bit.
+/// A finished or broken run judged again from its raw points, by the part file it was measured with (`part` empty) or
+/// by another one. The same functions as during the scan: the same contour to the last bit.
 core::Result<PartResult> results_of_run(const std::string& run_file, const PartFile* part);
 
 /// Points from files, judged the same way. `ball_radius_mm` of the points; a part file brings nominal and limits.
-core::Result<PartResult> results_of_points(const std::vector<PointSection>& sections, double ball_radius_mm, const PartFile* part);
+core::Result<PartResult> results_of_points(const std::vector<PointSection>& sections, double ball_radius_mm,
+                                           const PartFile* part);
 
 }  // namespace cmm::acquisition

@@ -14,7 +14,8 @@ constexpr std::int64_t show_every_ns = 100'000'000;
 
 }  // namespace
 
-void SampleIntake::begin(std::uint16_t path, std::unique_ptr<LiveSection> section, Completed completed, Follower follower) {
+void SampleIntake::begin(std::uint16_t path, std::unique_ptr<LiveSection> section, Completed completed,
+                         Follower follower) {
     path_ = path;
     section_ = std::move(section);
     completed_ = std::move(completed);
@@ -40,7 +41,8 @@ core::Status SampleIntake::on_samples(std::span<const core::Sample> samples) {
             continue;
         }
         std::size_t last = first;
-        while (last < samples.size() && samples[last].path == path_ && (samples[last].flags & core::sample_flag::touch) == 0) {
+        while (last < samples.size() && samples[last].path == path_ &&
+               (samples[last].flags & core::sample_flag::touch) == 0) {
             if (follower_) {
                 if (auto status = follower_(samples[last]); !status) return status;
             }

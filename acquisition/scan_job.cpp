@@ -8,7 +8,9 @@
 
 #include "acquisition/event_payload.hpp"
 #include "acquisition/json_text.hpp"
+#include "acquisition/plan_check.hpp"
 #include "acquisition/run_results.hpp"
+#include "acquisition/section_start.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -40,7 +42,8 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
         state_ = next.state;
         if (next.action == SessionAction::report || !next.accepted) break;
         input = co_await perform(next.action);
-        const bool going_on = input == SessionInput::succeeded && state_ != SessionState::stopping && state_ != SessionState::flushing;
+        const bool going_on =
+            input == SessionInput::succeeded && state_ != SessionState::stopping && state_ != SessionState::flushing;
         if (stop_requested_ && going_on) input = SessionInput::stop_requested;
     }
     ScanOutcome outcome;
@@ -48,7 +51,8 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
     outcome.section_final = finisher_->latency();
     outcome.samples = intake_ ? intake_->received() : 0;
     outcome.error = error_;
-    if (!error_ && stop_requested_) outcome.error = core::Error{core::ErrorCode::cancelled, "stopped on request", {}, core::Motion::stopped};
+    if (!error_ && stop_requested_)
+        outcome.error = core::Error{core::ErrorCode::cancelled, "stopped on request", {}, core::Motion::stopped};
     outcome.result.part_name = request_.part.name;
     outcome.result.part_serial = request_.part.serial;
     outcome.result.started_utc = request_.started_utc;
@@ -62,24 +66,49 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
     if (journal_ && outcome.result.complete) {
         if (auto status = journal_->finish_run(verdict); !status) outcome.error = status.error();
     }
-    const std::string latency = "{" + JsonFields().add("count", outcome.section_final.count).add("p50", outcome.section_final.p50_ms, 3)
-                                          .add("p99", outcome.section_final.p99_ms, 3).add("max", outcome.section_final.max_ms, 3).text() + "}";
+    const std::string latency = "{" +
+                                JsonFields()
+                                    .add("count", outcome.section_final.count)
+                                    .add("p50", outcome.section_final.p50_ms, 3)
+                                    .add("p99", outcome.section_final.p99_ms, 3)
+                                    .add("max", outcome.section_final.max_ms, 3)
+                                    .text() +
+                                "}";
     events_.emit(EventKind::link_stats, 0.0, link_payload(machine_.link_stats()));
-    events_.emit(EventKind::run_stopped, 0.0, JsonFields().add("verdict", verdict).add("complete", outcome.result.complete)
-                                                  .add("samples", outcome.samples).raw("section_final_latency_ms", latency).text());
+    events_.emit(EventKind::run_stopped, 0.0,
+                 JsonFields()
+                     .add("verdict", verdict)
+                     .add("complete", outcome.result.complete)
+                     .add("samples", outcome.samples)
+                     .raw("section_final_latency_ms", latency)
+                     .text());
     co_return outcome;
 }
 
 boost::asio::awaitable<SessionInput> ScanJob::perform(SessionAction action) {
     core::Status status;
     switch (action) {
-        case SessionAction::connect: status = co_await connect(); break;
-        case SessionAction::recover: status = co_await recover(); break;
-        case SessionAction::home: status = co_await home(); break;
-        case SessionAction::qualify: status = co_await qualify(); break;
-        case SessionAction::scan: status = co_await scan(); break;
-        case SessionAction::stop_machine: status = co_await stop_machine(); break;
-        case SessionAction::flush: status = co_await flush(); break;
+        case SessionAction::connect:
+            status = co_await connect();
+            break;
+        case SessionAction::recover:
+            status = co_await recover();
+            break;
+        case SessionAction::home:
+            status = co_await home();
+            break;
+        case SessionAction::qualify:
+            status = co_await qualify();
+            break;
+        case SessionAction::scan:
+            status = co_await scan();
+            break;
+        case SessionAction::stop_machine:
+            status = co_await stop_machine();
+            break;
+        case SessionAction::flush:
+            status = co_await flush();
+            break;
         case SessionAction::approach: {
             const auto more = co_await approach();
             if (more && !*more) co_return SessionInput::no_path_left;
@@ -87,7 +116,8 @@ boost::asio::awaitable<SessionInput> ScanJob::perform(SessionAction action) {
             break;
         }
         case SessionAction::none:
-        case SessionAction::report: break;
+        case SessionAction::report:
+            break;
     }
     if (status) co_return SessionInput::succeeded;
     report_fault(status.error());
@@ -97,7 +127,9 @@ boost::asio::awaitable<SessionInput> ScanJob::perform(SessionAction action) {
 void ScanJob::report_fault(const core::Error& error) {
     if (!error_) error_ = error;
     JsonFields fields;
-    fields.add("code", core::to_string(error.code)).add("message", error.text()).add("motion", core::to_string(error.motion));
+    fields.add("code", core::to_string(error.code))
+        .add("message", error.text())
+        .add("motion", core::to_string(error.motion));
     fields.add("state", to_string(state_)).add("section", section_).add("path", last_path_);
     fields.add("samples", intake_ ? intake_->received() : 0);
     fields.raw("link", "{" + link_payload(machine_.link_stats()) + "}");
@@ -112,10 +144,12 @@ ScanJob::Step ScanJob::connect() {
 }
 
 core::Status ScanJob::prepare() {
+    if (request_.nominal == nullptr) bound_by_travel(request_.part, capabilities_);
     auto plan = make_plan(request_.part, request_.nominal.get(), &capabilities_);
     if (!plan) return tl::unexpected(plan.error());
     plan_ = std::move(*plan);
-    if (auto status = require_sound(check_plan(plan_, request_.part, request_.nominal.get(), &capabilities_)); !status) return status;
+    if (auto status = require_sound(check_plan(plan_, request_.part, request_.nominal.get(), &capabilities_)); !status)
+        return status;
     for (std::size_t i = 0; i < plan_.paths.size(); ++i) {
         auto setup = make_section_setup(request_.part, request_.nominal.get(), i, plan_.paths[i].z_mm);
         if (!setup) return tl::unexpected(setup.error());
@@ -137,8 +171,9 @@ ScanJob::Step ScanJob::recover() {
         journal_ = std::move(*journal);
         const auto& header = journal_->header();
         if (header.plan_hash != plan_.hash) {
-            co_return core::fail(core::ErrorCode::config_invalid,
-                                 request_.run_file + ": was planned from another part file; use the part file of that run");
+            co_return core::fail(
+                core::ErrorCode::config_invalid,
+                request_.run_file + ": was planned from another part file; use the part file of that run");
         }
         request_.run_id = header.run_id;
         request_.started_utc = header.started_utc;
@@ -157,8 +192,13 @@ ScanJob::Step ScanJob::recover() {
     }
     if (!intake_) intake_ = std::make_unique<SampleIntake>(*journal_, events_);
     events_.emit(EventKind::run_started, 0.0,
-                 JsonFields().add("run", request_.run_id).add("part", request_.part.name).add("machine", capabilities_.model)
-                     .add("sections", setups_.size()).add("ball_radius_mm", request_.part.stylus.radius_mm, 4).text());
+                 JsonFields()
+                     .add("run", request_.run_id)
+                     .add("part", request_.part.name)
+                     .add("machine", capabilities_.model)
+                     .add("sections", setups_.size())
+                     .add("ball_radius_mm", request_.part.stylus.radius_mm, 4)
+                     .text());
     co_return core::Status{};
 }
 
@@ -189,13 +229,15 @@ ScanJob::Step ScanJob::restore_sections() {
     std::size_t samples = 0;
     for (auto& section : *recorded) {
         if (section.index >= setups_.size()) {
-            co_return core::fail(core::ErrorCode::journal_corrupt, request_.run_file + ": names a section that the plan does not have");
+            co_return core::fail(core::ErrorCode::journal_corrupt,
+                                 request_.run_file + ": names a section that the plan does not have");
         }
         last_path_ = std::max(last_path_, section.last_path);
         samples += section.points.size();
         const std::size_t expected = plan_.paths[section.index].points.size();
         if (section.finished || (expected > 0 && section.points.size() >= expected)) {
-            auto live = std::make_unique<LiveSection>(setups_[section.index], capabilities_.lsb_mm, core::PartFromMachine(), expected);
+            auto live = std::make_unique<LiveSection>(setups_[section.index], capabilities_.lsb_mm,
+                                                      core::PartFromMachine(), expected);
             live->restore(section.points);
             section_completed(std::move(live));
         } else {
@@ -206,20 +248,29 @@ ScanJob::Step ScanJob::restore_sections() {
     co_return co_await leave_part();
 }
 
-/// A run that was cut off may have left the probe on the part: back off along the normal before anything else moves.
-ScanJob::Step ScanJob::leave_part() {
-    auto now = co_await machine_.state();
+/// Where the probe stands, with a stop or fault of before cleared so that it may move again.
+boost::asio::awaitable<core::Result<Eigen::Vector3d>> ScanJob::ready() {
+    const auto now = co_await machine_.state();
     if (!now) co_return tl::unexpected(now.error());
     if (now->state == drivers::MachineState::stopped || now->state == drivers::MachineState::fault) {
-        if (auto status = co_await machine_.clear_fault(); !status) co_return status;
+        if (auto status = co_await machine_.clear_fault(); !status) co_return tl::unexpected(status.error());
     }
+    co_return now->position_mm;
+}
+
+/// A run that was cut off may have left the probe on the part: back off along the normal before anything else moves.
+ScanJob::Step ScanJob::leave_part() {
+    const auto where = co_await ready();
+    if (!where) co_return tl::unexpected(where.error());
+    const auto now = co_await machine_.state();
+    if (!now) co_return tl::unexpected(now.error());
     if (!now->homed) co_return core::Status{};
     const auto open = std::find(done_.begin(), done_.end(), false);
     const auto index = static_cast<std::size_t>(open == done_.end() ? done_.size() - 1 : open - done_.begin());
-    const auto direction = way_off(setups_[index], restored_[index], now->position_mm.head<2>(),
+    const auto direction = way_off(setups_[index], restored_[index], where->head<2>(),
                                    request_.part.stylus.radius_mm + request_.part.scan.approach_mm);
     if (direction) {
-        Eigen::Vector3d target = now->position_mm;
+        Eigen::Vector3d target = *where;
         target.head<2>() += *direction * request_.part.scan.approach_mm;
         if (auto status = co_await machine_.move(target, plan_.approach_speed_mm_s); !status) co_return status;
     }
@@ -249,7 +300,9 @@ boost::asio::awaitable<core::Result<bool>> ScanJob::approach() {
     progress("to " + section_text(section_, setups_[section_].z_mm));
     auto now = co_await machine_.state();
     if (!now) co_return tl::unexpected(now.error());
-    const auto start = start_of_section(plan_, request_.part, section_, restored_[section_]);
+    if (plan_.paths[section_].points.empty() && restored_[section_].empty())
+        co_return true;  // find_part goes there itself
+    const auto start = start_of_section(plan_, plan_.paths[section_], setups_[section_], restored_[section_]);
     for (const auto& point : travel_route(plan_, now->position_mm, start)) {
         if (auto status = co_await machine_.move(point, plan_.travel_speed_mm_s); !status) {
             core::Error error = status.error();
@@ -286,8 +339,12 @@ ScanJob::Step ScanJob::scan() {
     if (auto status = journal_->begin_path(entry); !status) co_return status;
     if (auto status = journal_->flush(); !status) co_return status;
     events_.emit(EventKind::path_started, 0.0,
-                 JsonFields().add("section", section_).add("path", path.id).add("z_mm", setups_[section_].z_mm, 4)
-                     .add("points", plan_.paths[section_].points.size()).text());
+                 JsonFields()
+                     .add("section", section_)
+                     .add("path", path.id)
+                     .add("z_mm", setups_[section_].z_mm, 4)
+                     .add("points", plan_.paths[section_].points.size())
+                     .text());
     progress(section_text(section_, setups_[section_].z_mm));
     const bool unknown = plan_.paths[section_].points.empty();
     core::Status status;
@@ -311,9 +368,11 @@ ScanJob::Step ScanJob::scan() {
 ScanJob::Step ScanJob::scan_planned(drivers::ScanPath path) {
     const auto& planned = plan_.paths[section_].points;
     const std::size_t first = std::min(restored_[section_].size(), planned.size());
-    SampleIntake::Completed completed = [this](std::unique_ptr<LiveSection> section) { section_completed(std::move(section)); };
+    SampleIntake::Completed completed = [this](std::unique_ptr<LiveSection> section) {
+        section_completed(std::move(section));
+    };
     intake_->begin(path.id, new_section(section_), std::move(completed));
-    drivers::PointList source(std::span(planned).subspan(first));
+    drivers::PointList source(std::span<const drivers::PathPoint>(planned).subspan(first));
     auto scanned = co_await machine_.scan(path, source, *intake_);
     if (!scanned) co_return tl::unexpected(scanned.error());
     co_return core::Status{};
@@ -321,7 +380,8 @@ ScanJob::Step ScanJob::scan_planned(drivers::ScanPath path) {
 
 void ScanJob::section_completed(std::unique_ptr<LiveSection> section) {
     done_[section->setup().index] = true;
-    progress(section_text(section->setup().index, section->setup().z_mm) + ": " + std::to_string(section->points().size()) + " points");
+    progress(section_text(section->setup().index, section->setup().z_mm) + ": " +
+             std::to_string(section->points().size()) + " points");
     finisher_->submit(std::move(section));
 }
 
@@ -331,7 +391,8 @@ ScanJob::Step ScanJob::stop_machine() {
     auto now = co_await machine_.state();
     if (!now) co_return tl::unexpected(now.error());
     if (now->in_motion) {
-        co_return core::fail(core::ErrorCode::machine_fault, "the machine still moves after the stop", core::Motion::may_be_moving);
+        co_return core::fail(core::ErrorCode::machine_fault, "the machine still moves after the stop",
+                             core::Motion::may_be_moving);
     }
     co_return core::Status{};
 }
@@ -343,7 +404,8 @@ ScanJob::Step ScanJob::flush() {
 
 double ScanJob::share_done() const {
     double share = 0.0;
-    for (std::size_t i = 0; i < done_.size(); ++i) share += done_[i] ? 1.0 : 0.0;
+    for (std::size_t i = 0; i < done_.size(); ++i)
+        share += done_[i] ? 1.0 : 0.0;
     return done_.empty() ? 0.0 : share / static_cast<double>(done_.size());
 }
 

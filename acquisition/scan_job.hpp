@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "acquisition/events.hpp"
+#include "acquisition/first_touch.hpp"
 #include "acquisition/journal.hpp"
 #include "acquisition/nominal.hpp"
 #include "acquisition/part_file.hpp"
@@ -25,8 +26,8 @@ namespace cmm::acquisition {
 
 struct ScanRequest {
     PartFile part;
-    std::shared_ptr<const Nominal> nominal;   ///< nullptr: none
-    std::string run_file;                     ///< out/run.cmmrun
+    std::shared_ptr<const Nominal> nominal;  ///< nullptr: none
+    std::string run_file;                    ///< out/run.cmmrun
     bool resume = false;
     std::string machine_url;
     std::string software_version;
@@ -34,15 +35,15 @@ struct ScanRequest {
 };
 
 struct ScanOutcome {
-    PartResult result;                        ///< also of a run that failed: what was measured until then
+    PartResult result;  ///< also of a run that failed: what was measured until then
     std::optional<core::Error> error;
     LatencySummary section_final;
     std::uint64_t samples = 0;
 };
 
 /// One run: plans, drives the machine section by section, keeps every sample, judges every section while the next is
-/// measured. The shell round the table of session.hpp. Coroutines run on the machine's executor, which owns the job's state;
-/// fits run on a thread of the job's own. `request_stop` from any thread or signal handler thread.
+/// measured. The shell round the table of session.hpp. Coroutines run on the machine's executor, which owns the job's
+/// state; fits run on a thread of the job's own. `request_stop` from any thread or signal handler thread.
 class ScanJob {
   public:
     ScanJob(ScanRequest request, drivers::Machine& machine, const core::Clock& clock, EventHub& events);
@@ -62,6 +63,7 @@ class ScanJob {
     Step connect();
     Step recover();
     Step restore_sections();
+    boost::asio::awaitable<core::Result<Eigen::Vector3d>> ready();
     Step leave_part();
     Step home();
     Step qualify();
@@ -69,6 +71,7 @@ class ScanJob {
     Step scan();
     Step scan_planned(drivers::ScanPath path);
     Step scan_unknown(drivers::ScanPath path);
+    boost::asio::awaitable<core::Result<Entry>> find_part();
     Step stop_machine();
     Step flush();
     core::Status prepare();
@@ -93,9 +96,10 @@ class ScanJob {
     std::unique_ptr<SampleIntake> intake_;
     Plan plan_;
     std::vector<SectionSetup> setups_;
-    std::vector<std::vector<RecordedPoint>> restored_;   // resume: points of a section that was not finished
+    std::vector<std::vector<RecordedPoint>> restored_;  // resume: points of a section that was not finished
     std::vector<bool> done_;
-    std::size_t section_ = 0;                            // under the probe
+    std::size_t section_ = 0;     // under the probe
+    std::optional<Entry> entry_;  // unknown part: into the last section
     std::uint16_t last_path_ = 0;
     std::unique_ptr<SectionFinisher> finisher_;
 };

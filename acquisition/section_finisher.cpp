@@ -79,7 +79,8 @@ void SectionFinisher::announce(const SectionResult& result, double t_machine_s, 
         events_.emit(EventKind::point_rejected, t_machine_s, rejected_payload(result.index, point));
     }
     for (const auto& characteristic : result.characteristics) {
-        events_.emit(EventKind::characteristic_updated, t_machine_s, characteristic_payload(result.index, characteristic));
+        events_.emit(EventKind::characteristic_updated, t_machine_s,
+                     characteristic_payload(result.index, characteristic));
     }
     events_.emit(EventKind::gate_decision, t_machine_s, decision_payload(result.index, result.decision()));
 }

@@ -8,7 +8,8 @@
 
 namespace cmm::acquisition {
 
-core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nominal* nominal, std::size_t index, double z_mm) {
+core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nominal* nominal, std::size_t index,
+                                              double z_mm) {
     SectionSetup setup;
     setup.index = index;
     setup.name = std::to_string(index);
@@ -24,7 +25,8 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
     options.le_hint = part.nominal.le_hint_mm;
     auto analysed = fitting::analyse_nominal(contour->points, options);
     if (!analysed) {
-        return core::fail(core::ErrorCode::input_invalid, "the nominal at z " + core::fixed(z_mm, 3) + " mm: " + analysed.error().text());
+        return core::fail(core::ErrorCode::input_invalid,
+                          "the nominal at z " + core::fixed(z_mm, 3) + " mm: " + analysed.error().text());
     }
     setup.nominal = SectionNominal{std::move(*contour), std::move(*analysed)};
     return setup;

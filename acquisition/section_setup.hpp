@@ -27,16 +27,17 @@ struct SectionSetup {
     double z_mm = 0.0;
     double ball_radius_mm = 1.0;
     std::optional<SectionNominal> nominal;
-    std::optional<Eigen::Vector2d> le_hint_mm;   ///< without a nominal: what the part file says
+    std::optional<Eigen::Vector2d> le_hint_mm;  ///< without a nominal: what the part file says
     GateSpec gate;
 };
 
-/// Cuts the nominal (nullptr: none) at the height and finds its edges. Errors: those of Nominal::cut, input_invalid when the
-/// nominal contour has no two edges.
-core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nominal* nominal, std::size_t index, double z_mm);
+/// Cuts the nominal (nullptr: none) at the height and finds its edges. Errors: those of Nominal::cut, input_invalid
+/// when the nominal contour has no two edges.
+core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nominal* nominal, std::size_t index,
+                                              double z_mm);
 
-/// The one way from points to a judged section: bad points, fit, deviations, characteristics, decisions. Pure. Verdicts that
-/// the points bring along (no contact, by operator) are kept; the others are found anew.
+/// The one way from points to a judged section: bad points, fit, deviations, characteristics, decisions. Pure. Verdicts
+/// that the points bring along (no contact, by operator) are kept; the others are found anew.
 SectionResult finish_section(const SectionSetup& setup, std::vector<RecordedPoint> points);
 
 }  // namespace cmm::acquisition

@@ -32,10 +32,14 @@ register map (config/maps/*.toml): docs/protocol-modbus.md
 
 std::string kind_text(acquisition::NominalKind kind) {
     switch (kind) {
-        case acquisition::NominalKind::sections: return "sections";
-        case acquisition::NominalKind::parametric: return "parametric";
-        case acquisition::NominalKind::mesh: return "mesh";
-        case acquisition::NominalKind::none: return "none";
+        case acquisition::NominalKind::sections:
+            return "sections";
+        case acquisition::NominalKind::parametric:
+            return "parametric";
+        case acquisition::NominalKind::mesh:
+            return "mesh";
+        case acquisition::NominalKind::none:
+            return "none";
     }
     return "none";
 }
@@ -44,11 +48,13 @@ std::string shown(const acquisition::PartFile& part) {
     acquisition::JsonFields fields;
     fields.add("name", part.name).add("serial", part.serial).add("nominal", kind_text(part.nominal.kind));
     std::string files;
-    for (const auto& file : part.nominal.files) files += (files.empty() ? "" : ",") + acquisition::json_string(file);
+    for (const auto& file : part.nominal.files)
+        files += (files.empty() ? "" : ",") + acquisition::json_string(file);
     fields.raw("files", "[" + files + "]");
     fields.add("stylus_radius_mm", part.stylus.radius_mm, 4).add("shank_radius_mm", part.stylus.shank_radius_mm, 4);
     std::string heights;
-    for (const double z : part.scan.heights_mm) heights += (heights.empty() ? "" : ",") + core::fixed(z, 4);
+    for (const double z : part.scan.heights_mm)
+        heights += (heights.empty() ? "" : ",") + core::fixed(z, 4);
     fields.raw("heights_mm", "[" + heights + "]");
     fields.add("pitch_mm", part.scan.pitch_mm, 4).add("edge_density", part.scan.edge_density, 3);
     fields.add("max_speed_mm_s", part.scan.max_speed_mm_s, 3).add("clearance_mm", part.scan.clearance_mm, 3);
@@ -69,8 +75,13 @@ core::Result<std::string> checked(const std::string& file) {
     if (*machine) {
         const auto link = drivers::load_link_settings(file);
         if (!link) return tl::unexpected(link.error());
-        return "{" + acquisition::JsonFields().add("url", link->endpoint.text()).add("map", link->map_file)
-                         .add("response_timeout_ms", link->response_timeout_ms, 1).text() + "}";
+        return "{" +
+               acquisition::JsonFields()
+                   .add("url", link->endpoint.text())
+                   .add("map", link->map_file)
+                   .add("response_timeout_ms", link->response_timeout_ms, 1)
+                   .text() +
+               "}";
     }
     const auto part = acquisition::load_part_file(file);
     if (!part) return tl::unexpected(part.error());
@@ -91,7 +102,9 @@ int run_config(const ConfigOptions& options) {
         return 0;
     }
     if (options.file.empty()) {
-        return report({core::ErrorCode::usage, "config " + options.action + " needs a file", {}, core::Motion::not_concerned}, options.json);
+        return report(
+            {core::ErrorCode::usage, "config " + options.action + " needs a file", {}, core::Motion::not_concerned},
+            options.json);
     }
     const auto content = checked(options.file);
     if (!content) return report(content.error(), options.json);

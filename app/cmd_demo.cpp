@@ -33,8 +33,9 @@ int run_demo(const DemoOptions& options) {
     runner.out = options.out;
     runner.events = options.events;
     runner.json = options.json;
-    runner.title = "a simulated machine listens on " + (*machine)->url() + "; scanning " + simulator.part_file +
-                   (options.speed > 0.0 ? " at " + core::fixed(options.speed, 1) + " times real time" : " as fast as it goes");
+    runner.title =
+        "a simulated machine listens on " + (*machine)->url() + "; scanning " + simulator.part_file +
+        (options.speed > 0.0 ? " at " + core::fixed(options.speed, 1) + " times real time" : " as fast as it goes");
     const int code = run_main_job(runner);
     (*machine)->stop();
     return code;

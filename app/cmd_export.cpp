@@ -27,7 +27,8 @@ int run_export(const ExportOptions& options) {
     if (!result) return report(result.error(), options.json);
     if (auto status = write(*result, options.format, options.out); !status) return report(status.error(), options.json);
     if (options.json) {
-        std::printf("{%s}\n", acquisition::JsonFields().add("format", options.format).add("out", options.out).text().c_str());
+        std::printf("{%s}\n",
+                    acquisition::JsonFields().add("format", options.format).add("out", options.out).text().c_str());
     } else {
         std::fprintf(stderr, "written: %s\n", options.out.c_str());
     }

@@ -21,12 +21,15 @@ core::Result<acquisition::PartResult> fit(const FitOptions& options) {
     const auto* judged_by = part ? &*part : nullptr;
     if (options.inputs.size() == 1 && options.inputs.front().ends_with(".cmmrun")) {
         if (options.stylus_radius_mm >= 0.0) {
-            return core::fail(core::ErrorCode::usage, "--stylus-radius does not go with a run file: the run knows its ball");
+            return core::fail(core::ErrorCode::usage,
+                              "--stylus-radius does not go with a run file: the run knows its ball");
         }
         return acquisition::results_of_run(options.inputs.front(), judged_by);
     }
     if (options.stylus_radius_mm < 0.0 && !part) {
-        return core::fail(core::ErrorCode::usage, "the points' ball radius is not known: give --stylus-radius MM (0 if they lie on the part) or --part FILE");
+        return core::fail(
+            core::ErrorCode::usage,
+            "the points' ball radius is not known: give --stylus-radius MM (0 if they lie on the part) or --part FILE");
     }
     const auto sections = acquisition::read_points(options.inputs);
     if (!sections) return tl::unexpected(sections.error());
@@ -41,7 +44,8 @@ int run_fit(const FitOptions& options) {
     if (!result) return report(result.error(), options.json);
     std::error_code code;
     std::filesystem::create_directories(options.out, code);
-    if (auto status = acquisition::write_outputs(*result, options.out); !status) return report(status.error(), options.json);
+    if (auto status = acquisition::write_outputs(*result, options.out); !status)
+        return report(status.error(), options.json);
     return print_result(*result, options.out, options.json);
 }
 

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdio>
+#include <optional>
+
+#include "acquisition/first_touch.hpp"
+#include "acquisition/json_text.hpp"
+#include "acquisition/plan.hpp"
+#include "acquisition/plan_check.hpp"
+#include "app/ask_machine.hpp"
+#include "app/commands.hpp"
+#include "app/console.hpp"
+#include "core/text.hpp"
+
+namespace cmm::app {
+namespace {
+
+using acquisition::JsonFields;
+
+void print_plan(const acquisition::Plan& plan, const std::vector<acquisition::Finding>& findings) {
+    std::printf("%s: %zu sections, %s mm to scan, about %s s; plan %s\n", plan.part_name.c_str(), plan.paths.size(),
+                core::fixed(plan.length_mm, 1).c_str(), core::fixed(plan.duration_s, 1).c_str(), plan.hash.c_str());
+    std::printf("section         z   points   length   scan\n");
+    for (const auto& path : plan.paths) {
+        const std::string points = path.points.empty() ? "?" : std::to_string(path.points.size());
+        std::printf("%7zu %9s %8s %8s %6s\n", path.section, (core::fixed(path.z_mm, 3)).c_str(), points.c_str(),
+                    (core::fixed(path.length_mm, 1) + " mm").c_str(), (core::fixed(path.duration_s, 1) + " s").c_str());
+    }
+    for (const auto& finding : findings) {
+        std::printf("%s: %s\n", std::string(acquisition::to_string(finding.severity)).c_str(), finding.text.c_str());
+    }
+}
+
+std::string plan_json(const acquisition::Plan& plan, const std::vector<acquisition::Finding>& findings) {
+    std::string list;
+    for (const auto& finding : findings) {
+        list +=
+            (list.empty() ? "{" : ",{") +
+            JsonFields().add("severity", acquisition::to_string(finding.severity)).add("text", finding.text).text() +
+            "}";
+    }
+    std::string paths;
+    for (const auto& path : plan.paths) {
+        paths += (paths.empty() ? "{" : ",{") +
+                 JsonFields()
+                     .add("section", path.section)
+                     .add("z_mm", path.z_mm, 4)
+                     .add("points", path.points.size())
+                     .add("length_mm", path.length_mm, 3)
+                     .add("duration_s", path.duration_s, 2)
+                     .text() +
+                 "}";
+    }
+    return "{" +
+           JsonFields()
+               .add("part", plan.part_name)
+               .add("hash", plan.hash)
+               .add("length_mm", plan.length_mm, 3)
+               .add("duration_s", plan.duration_s, 2)
+               .raw("paths", "[" + paths + "]")
+               .raw("findings", "[" + list + "]")
+               .text() +
+           "}";
+}
+
+}  // namespace
+
+/// With a machine, it is asked for its limits; nothing moves.
+int run_plan(const PlanOptions& options) {
+    auto part = acquisition::load_part_file(options.part);
+    if (!part) return report(part.error(), options.json);
+    const auto nominal = acquisition::load_nominal(part->nominal);
+    if (!nominal) return report(nominal.error(), options.json);
+    std::optional<drivers::Capabilities> machine;
+    if (!options.machine.empty()) {
+        auto asked = ask_machine(options.machine);
+        if (!asked) return report(asked.error(), options.json);
+        machine = std::move(asked->capabilities);
+    }
+    if (*nominal == nullptr && machine) acquisition::bound_by_travel(*part, *machine);
+    const auto plan = acquisition::make_plan(*part, nominal->get(), machine ? &*machine : nullptr);
+    if (!plan) return report(plan.error(), options.json);
+    const auto findings = acquisition::check_plan(*plan, *part, nominal->get(), machine ? &*machine : nullptr);
+    if (!options.out.empty()) {
+        if (auto status = core::write_file(options.out, acquisition::plan_to_text(*plan)); !status)
+            return report(status.error(), options.json);
+    }
+    if (options.json) {
+        std::printf("%s\n", plan_json(*plan, findings).c_str());
+    } else {
+        print_plan(*plan, findings);
+    }
+    if (auto sound = acquisition::require_sound(findings); !sound) return report(sound.error(), false);
+    return 0;
+}
+
+}  // namespace cmm::app

@@ -8,7 +8,8 @@ namespace cmm::app {
 int run_scan(const ScanOptions& options) {
     if (options.dry_run) return run_plan({options.part, options.machine, "", options.json});
     if (options.out.empty()) {
-        return report({core::ErrorCode::usage, "scan needs --out DIR (or --dry-run)", {}, core::Motion::not_concerned}, options.json);
+        return report({core::ErrorCode::usage, "scan needs --out DIR (or --dry-run)", {}, core::Motion::not_concerned},
+                      options.json);
     }
     RunnerOptions runner;
     runner.machine = options.machine;

@@ -25,11 +25,13 @@ core::Result<sim::SimulatorOptions> simulator_options(const SimOptions& options)
         if (options.machine.empty()) simulator.machine_file = *folder + "/machines/sim.toml";
         if (options.map.empty()) simulator.map_file = *folder + "/maps/cmm-v1.toml";
     }
-    if (options.listen.size() != 1) return core::fail(core::ErrorCode::usage, "this version listens on one endpoint: give --listen once");
+    if (options.listen.size() != 1)
+        return core::fail(core::ErrorCode::usage, "this version listens on one endpoint: give --listen once");
     const auto endpoint = drivers::Endpoint::parse(options.listen.front());
     if (!endpoint) return tl::unexpected(endpoint.error());
     if (endpoint->scheme != "modbus+tcp") {
-        return core::fail(core::ErrorCode::usage, options.listen.front() + ": the simulator of this version speaks modbus+tcp");
+        return core::fail(core::ErrorCode::usage,
+                          options.listen.front() + ": the simulator of this version speaks modbus+tcp");
     }
     simulator.address = endpoint->host;
     simulator.port = endpoint->port;
@@ -52,7 +54,8 @@ int run_sim(const SimOptions& options) {
     if (!simulator) return report(simulator.error(), options.json);
     const std::string url = (*simulator)->url();
     if (options.json) {
-        std::printf("{%s}\n", acquisition::JsonFields().add("url", url).add("port", (*simulator)->port()).text().c_str());
+        std::printf("{%s}\n",
+                    acquisition::JsonFields().add("url", url).add("port", (*simulator)->port()).text().c_str());
     } else {
         std::printf("listening on %s\n", url.c_str());
     }

@@ -35,10 +35,13 @@ int report(const core::Error& error, bool json) {
 int exit_code(acquisition::Decision verdict) noexcept {
     switch (verdict) {
         case acquisition::Decision::accept:
-        case acquisition::Decision::reported: return 0;
-        case acquisition::Decision::reject: return 1;
+        case acquisition::Decision::reported:
+            return 0;
+        case acquisition::Decision::reject:
+            return 1;
         case acquisition::Decision::undecided:
-        case acquisition::Decision::not_evaluable: return 2;
+        case acquisition::Decision::not_evaluable:
+            return 2;
     }
     return 70;
 }
@@ -59,7 +62,9 @@ core::Result<std::string> config_folder() {
 }
 
 Progress::Progress(bool quiet) : quiet_(quiet), terminal_(::isatty(STDERR_FILENO) == 1) {}
-Progress::~Progress() { clear(); }
+Progress::~Progress() {
+    clear();
+}
 
 void Progress::clear() {
     if (dirty_) std::fputs("\r\033[K", stderr);
@@ -114,6 +119,8 @@ std::string utc_now() {
     return text;
 }
 
-std::string version() { return CMMLIVE_VERSION; }
+std::string version() {
+    return CMMLIVE_VERSION;
+}
 
 }  // namespace cmm::app

@@ -13,8 +13,8 @@
 /// What the commands share towards the user: errors, exit codes, progress, the event file, and where config/ is.
 namespace cmm::app {
 
-/// Prints the error with its advice on standard error (and as one JSON document on standard output with `json`); returns its
-/// exit code.
+/// Prints the error with its advice on standard error (and as one JSON document on standard output with `json`);
+/// returns its exit code.
 int report(const core::Error& error, bool json);
 int exit_code(acquisition::Decision verdict) noexcept;
 

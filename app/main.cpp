@@ -17,8 +17,9 @@ class CommandLine {
     explicit CommandLine(Action& action) : action_(action) {
         app_.set_version_flag("--version", "cmmlive " + cmm::app::version());
         app_.require_subcommand(1);
-        app_.footer("Exit codes: 0 accepted or done, 1 rejected, 2 undecided, 3 usage or input, 4 machine, 5 link, 6 storage, "
-                    "70 internal.\nDocumentation: docs/cli.md");
+        app_.footer(
+            "Exit codes: 0 accepted or done, 1 rejected, 2 undecided, 3 usage or input, 4 machine, 5 link, 6 storage, "
+            "70 internal.\nDocumentation: docs/cli.md");
         add_demo();
         add_sim();
         add_scan();
@@ -36,7 +37,8 @@ class CommandLine {
     template <class Options>
     CLI::App* add(const char* name, const char* text, Options& options, int (*run)(const Options&)) {
         CLI::App* command = app_.add_subcommand(name, text);
-        command->add_flag("--json", options.json, "one JSON document on standard output, everything else on standard error");
+        command->add_flag("--json", options.json,
+                          "one JSON document on standard output, everything else on standard error");
         command->final_callback([this, &options, run] { action_ = [&options, run] { return run(options); }; });
         return command;
     }
@@ -45,18 +47,24 @@ class CommandLine {
         auto* c = add("demo", "scan a blade on an embedded simulated machine and judge it", demo_, cmm::app::run_demo);
         c->add_option("--out", demo_.out, "folder for the results")->capture_default_str();
         c->add_option("--part", demo_.part, "part file (default: the demo blade)");
-        c->add_option("--speed", demo_.speed, "times real time; 0 = as fast as it goes")->check(CLI::NonNegativeNumber)->capture_default_str();
+        c->add_option("--speed", demo_.speed, "times real time; 0 = as fast as it goes")
+            ->check(CLI::NonNegativeNumber)
+            ->capture_default_str();
         c->add_option("--seed", demo_.seed, "of noise and bad points")->capture_default_str();
         c->add_option("--events", demo_.events, "write the event stream as NDJSON to this file, - for standard output");
     }
 
     void add_sim() {
-        auto* c = add("sim", "be a CMM controller: a process of its own that any Modbus client can drive", sim_, cmm::app::run_sim);
+        auto* c = add("sim", "be a CMM controller: a process of its own that any Modbus client can drive", sim_,
+                      cmm::app::run_sim);
         c->add_option("--part", sim_.part, "what lies on the machine")->required();
         c->add_option("--machine", sim_.machine, "limits, speeds, sample clock (default: config/machines/sim.toml)");
         c->add_option("--map", sim_.map, "register map (default: config/maps/cmm-v1.toml)");
-        c->add_option("--listen", sim_.listen, "modbus+tcp://127.0.0.1:1502; port 0 takes a free one and prints it")->required();
-        c->add_option("--speed", sim_.speed, "times real time; 0 = as fast as it goes")->check(CLI::NonNegativeNumber)->capture_default_str();
+        c->add_option("--listen", sim_.listen, "modbus+tcp://127.0.0.1:1502; port 0 takes a free one and prints it")
+            ->required();
+        c->add_option("--speed", sim_.speed, "times real time; 0 = as fast as it goes")
+            ->check(CLI::NonNegativeNumber)
+            ->capture_default_str();
         c->add_option("--seed", sim_.seed, "of noise and bad points")->capture_default_str();
         c->add_option("--log", sim_.log, "the simulator's own record of every sample, with the truth, as CSV");
     }
@@ -80,8 +88,10 @@ class CommandLine {
 
     void add_fit() {
         auto* c = add("fit", "fit recorded points or a run file, the same way as a scan", fit_, cmm::app::run_fit);
-        c->add_option("input", fit_.inputs, "point files (.csv .xyz .asc .txt .crv .curve) or a run file (.cmmrun)")->required();
-        c->add_option("--stylus-radius", fit_.stylus_radius_mm, "of the ball in mm; 0: the points lie on the part")->check(CLI::NonNegativeNumber);
+        c->add_option("input", fit_.inputs, "point files (.csv .xyz .asc .txt .crv .curve) or a run file (.cmmrun)")
+            ->required();
+        c->add_option("--stylus-radius", fit_.stylus_radius_mm, "of the ball in mm; 0: the points lie on the part")
+            ->check(CLI::NonNegativeNumber);
         c->add_option("--part", fit_.part, "part file: nominal, stylus and gate");
         c->add_option("--out", fit_.out, "folder for the results")->required();
     }
@@ -95,18 +105,24 @@ class CommandLine {
     void add_export() {
         auto* c = add("export", "write the results of a run in another form", export_, cmm::app::run_export);
         c->add_option("run", export_.input, "run file or output folder")->required();
-        c->add_option("--format", export_.format, "csv (a folder), json, html")->required()->check(CLI::IsMember({"csv", "json", "html"}));
+        c->add_option("--format", export_.format, "csv (a folder), json, html")
+            ->required()
+            ->check(CLI::IsMember({"csv", "json", "html"}));
         c->add_option("--out", export_.out, "file or, for csv, folder")->required();
     }
 
     void add_doctor() {
-        auto* c = add("doctor", "check this installation and, with --machine, the link to a machine", doctor_, cmm::app::run_doctor);
+        auto* c = add("doctor", "check this installation and, with --machine, the link to a machine", doctor_,
+                      cmm::app::run_doctor);
         c->add_option("--machine", doctor_.machine, "machine file or URL");
     }
 
     void add_config() {
-        auto* c = add("config", "check a configuration file, show it resolved, or explain the keys", config_, cmm::app::run_config);
-        c->add_option("action", config_.action, "check, show or explain")->required()->check(CLI::IsMember({"check", "show", "explain"}));
+        auto* c = add("config", "check a configuration file, show it resolved, or explain the keys", config_,
+                      cmm::app::run_config);
+        c->add_option("action", config_.action, "check, show or explain")
+            ->required()
+            ->check(CLI::IsMember({"check", "show", "explain"}));
         c->add_option("file", config_.file, "part or machine file");
     }
 

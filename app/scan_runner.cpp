@@ -44,7 +44,8 @@ core::Status prepare_folder(const std::string& out, bool resume) {
     const bool exists = std::filesystem::exists(run_file, code);
     if (resume && !exists) return core::fail(core::ErrorCode::input_missing, run_file + ": there is no run to resume");
     if (!resume && exists) {
-        return core::fail(core::ErrorCode::usage, run_file + ": holds a run already; go on with it by --resume, or choose another --out");
+        return core::fail(core::ErrorCode::usage,
+                          run_file + ": holds a run already; go on with it by --resume, or choose another --out");
     }
     return {};
 }

@@ -11,11 +11,11 @@ namespace cmm::app {
 struct RunnerOptions {
     std::string machine, part, out, events;
     bool resume = false, json = false;
-    std::string title;          ///< first line on the terminal
+    std::string title;  ///< first line on the terminal
 };
 
-/// The main job on any machine: connect, scan, judge, write the outputs; prints the verdict table. Returns the exit code.
-/// SIGINT and SIGTERM stop the machine and leave a run that can be resumed.
+/// The main job on any machine: connect, scan, judge, write the outputs; prints the verdict table. Returns the exit
+/// code. SIGINT and SIGTERM stop the machine and leave a run that can be resumed.
 int run_main_job(const RunnerOptions& options);
 
 /// Prints one finished result: the verdict table, or with `json` the whole document. Returns the verdict's exit code.

@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-/// Measurements that are printed, never asserted: the machine may be busy. Times are wall time of one thread unless said.
+/// Measurements that are printed, never asserted: the machine may be busy. Times are wall time of one thread unless
+/// said.
 namespace cmm::bench {
 
 struct Spread {

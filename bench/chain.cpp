@@ -30,7 +30,8 @@ std::string dense_part(const std::string& config_folder, const std::filesystem::
     return folder / "dense.toml";
 }
 
-std::optional<acquisition::ScanOutcome> scan(const std::string& url, const std::string& part_file, const std::string& run_file) {
+std::optional<acquisition::ScanOutcome> scan(const std::string& url, const std::string& part_file,
+                                             const std::string& run_file) {
     auto link = drivers::link_settings_from(url);
     auto part = acquisition::load_part_file(part_file);
     if (!link || !part) return std::nullopt;
@@ -71,7 +72,8 @@ void bench_chain(const std::string& config_folder) {
         return;
     }
     std::optional<acquisition::ScanOutcome> outcome;
-    const auto spread = time_of(1, [&] { outcome = scan((*simulator)->url(), options.part_file, folder / "run.cmmrun"); });
+    const auto spread =
+        time_of(1, [&] { outcome = scan((*simulator)->url(), options.part_file, folder / "run.cmmrun"); });
     if (!outcome || outcome->error) {
         std::printf("chain: %s\n", outcome && outcome->error ? outcome->error->text().c_str() : "could not start");
         return;
@@ -80,7 +82,8 @@ void bench_chain(const std::string& config_folder) {
     print("whole chain: simulator, Modbus TCP, journal, live section", {rate, rate, rate}, "samples/s", "> 20000");
     print("  samples in that run", {0, static_cast<double>(outcome->samples), 0}, "", "");
     print("  SectionFinal after the section's last sample (p50 p99 max)",
-          {outcome->section_final.p50_ms, outcome->section_final.p99_ms, outcome->section_final.max_ms}, "ms", "p99 < 20 ms");
+          {outcome->section_final.p50_ms, outcome->section_final.p99_ms, outcome->section_final.max_ms}, "ms",
+          "p99 < 20 ms");
     std::filesystem::remove_all(folder);
 }
 

@@ -22,8 +22,8 @@ Spread time_of(int repeats, const std::function<void()>& work) {
 }
 
 void print(const std::string& what, const Spread& value, const std::string& unit, const std::string& target) {
-    std::printf("%-58s %10.3f  %10.3f  %10.3f  %-10s %s\n", what.c_str(), value.low, value.median, value.high, unit.c_str(),
-                target.c_str());
+    std::printf("%-58s %10.3f  %10.3f  %10.3f  %-10s %s\n", what.c_str(), value.low, value.median, value.high,
+                unit.c_str(), target.c_str());
     std::fflush(stdout);
 }
 

@@ -29,7 +29,8 @@ Eigen::Vector2d centre(double turn, core::Rng& rng) {
 std::vector<Eigen::Vector2d> section(std::size_t n) {
     core::Rng rng(7);
     std::vector<Eigen::Vector2d> centres;
-    for (std::size_t i = 0; i < n; ++i) centres.push_back(centre(static_cast<double>(i) / static_cast<double>(n), rng));
+    for (std::size_t i = 0; i < n; ++i)
+        centres.push_back(centre(static_cast<double>(i) / static_cast<double>(n), rng));
     return centres;
 }
 
@@ -63,15 +64,19 @@ void bench_live() {
     acquisition::SectionSetup setup;
     const auto live = time_of(25, [&] {
         acquisition::LiveSection section(setup, lsb_mm, core::PartFromMachine(), 2000);
-        for (std::size_t i = 0; i < batch.size(); i += 14) section.add(std::span(batch).subspan(i, std::min<std::size_t>(14, batch.size() - i)));
+        for (std::size_t i = 0; i < batch.size(); i += 14)
+            section.add(std::span(batch).subspan(i, std::min<std::size_t>(14, batch.size() - i)));
     });
-    print("live section, a sample", {live.low / 2000 * 1e6, live.median / 2000 * 1e6, live.high / 2000 * 1e6}, "us", "");
+    print("live section, a sample", {live.low / 2000 * 1e6, live.median / 2000 * 1e6, live.high / 2000 * 1e6}, "us",
+          "");
     const auto centres = section(2000);
     const auto curve = time_of(25, [&] {
         fitting::LiveCurve live_curve(fitting::MaterialSide::left, 2000);
-        for (const auto& point : centres) live_curve.add(point);
+        for (const auto& point : centres)
+            live_curve.add(point);
     });
-    print("live curve (prediction), a sample", {curve.low / 2000 * 1e6, curve.median / 2000 * 1e6, curve.high / 2000 * 1e6}, "us", "");
+    print("live curve (prediction), a sample",
+          {curve.low / 2000 * 1e6, curve.median / 2000 * 1e6, curve.high / 2000 * 1e6}, "us", "");
 }
 
 void bench_journal() {
@@ -95,7 +100,8 @@ void bench_journal() {
     const double size = static_cast<double>(std::filesystem::file_size(folder / "run.cmmrun")) / 1e6;
     print("run file of a million samples", {size, size, size}, "MB", "");
     const double peak = peak_memory_mb();
-    print("peak memory, a million samples (before: " + std::to_string(static_cast<int>(before)) + " MB)", {peak, peak, peak}, "MB", "");
+    print("peak memory, a million samples (before: " + std::to_string(static_cast<int>(before)) + " MB)",
+          {peak, peak, peak}, "MB", "");
     std::filesystem::remove_all(folder);
 }
 

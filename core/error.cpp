@@ -50,6 +50,10 @@ constexpr std::array facts{
               "Home and qualify first; look at the controller's state with `cmmlive doctor --machine`.", 4, false},
     CodeFacts{ErrorCode::machine_fault, "machine_fault",
               "Look at the machine, clear the cause, then run the same command with --resume.", 4, false},
+    CodeFacts{ErrorCode::machine_no_contact, "machine_no_contact",
+              "Check that the part lies where the part file says ([scan] search_mm, start_mm, toward_mm, heights), "
+              "then --resume.",
+              4, false},
     CodeFacts{ErrorCode::machine_overflow, "machine_overflow",
               "The host was too slow for the sample rate: lower the speed or widen the pitch, then --resume.", 4,
               false},

@@ -27,6 +27,7 @@ core::ErrorCode code_of_result(std::uint16_t result) {
         case 8:
             return core::ErrorCode::machine_refused;
         case 9:
+            return core::ErrorCode::machine_no_contact;
         case 14:
             return core::ErrorCode::machine_fault;
         case 10:

@@ -134,7 +134,7 @@ TEST_F(SimMachine, TouchGivesTheContactAndItsSample) {
     EXPECT_NE(sink.kept[0].flags & core::sample_flag::touch, 0);
     const auto nothing = rig_->run(machine().touch({40.0, 0.0, 30.0}, 20.0, 2.0, sink));
     ASSERT_FALSE(nothing);
-    EXPECT_EQ(nothing.error().code, core::ErrorCode::machine_fault);
+    EXPECT_EQ(nothing.error().code, core::ErrorCode::machine_no_contact);
     EXPECT_EQ(nothing.error().motion, core::Motion::stopped);
 }
 

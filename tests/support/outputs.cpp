@@ -12,7 +12,8 @@ namespace cmm::test {
 std::vector<nlohmann::json> read_ndjson(const std::string& path) {
     std::vector<nlohmann::json> events;
     std::ifstream in(path);
-    for (std::string line; std::getline(in, line);) events.push_back(nlohmann::json::parse(line));
+    for (std::string line; std::getline(in, line);)
+        events.push_back(nlohmann::json::parse(line));
     return events;
 }
 
@@ -24,7 +25,8 @@ std::vector<std::map<std::string, std::string>> read_csv(const std::string& path
         if (line.empty() || line.front() == '#') continue;
         std::vector<std::string> fields;
         std::stringstream stream(line);
-        for (std::string field; std::getline(stream, field, ',');) fields.push_back(field);
+        for (std::string field; std::getline(stream, field, ',');)
+            fields.push_back(field);
         if (line.back() == ',') fields.emplace_back();
         if (names.empty()) {
             names = fields;
@@ -32,7 +34,8 @@ std::vector<std::map<std::string, std::string>> read_csv(const std::string& path
         }
         EXPECT_EQ(fields.size(), names.size()) << path << ": " << line;
         std::map<std::string, std::string> row;
-        for (std::size_t i = 0; i < std::min(names.size(), fields.size()); ++i) row[names[i]] = fields[i];
+        for (std::size_t i = 0; i < std::min(names.size(), fields.size()); ++i)
+            row[names[i]] = fields[i];
         rows.push_back(std::move(row));
     }
     return rows;

@@ -35,7 +35,8 @@ void redirect(const std::string& path, int target) {
 
 Process::Process(const std::vector<std::string>& arguments, const std::string& log_stem) : log_stem_(log_stem) {
     std::vector<char*> argv;
-    for (const auto& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+    for (const auto& argument : arguments)
+        argv.push_back(const_cast<char*>(argument.c_str()));
     argv.push_back(nullptr);
     pid_ = ::fork();
     if (pid_ < 0) throw std::runtime_error("fork failed");
@@ -54,7 +55,9 @@ Process::~Process() {
     }
 }
 
-void Process::signal(int number) const { ::kill(pid_, number); }
+void Process::signal(int number) const {
+    ::kill(pid_, number);
+}
 
 bool Process::running() {
     if (!ended_ && ::waitpid(pid_, &status_, WNOHANG) == pid_) ended_ = true;
@@ -74,7 +77,9 @@ Finished Process::wait(std::chrono::seconds deadline) {
     return finished;
 }
 
-std::string Process::out() const { return content(log_stem_ + ".out"); }
+std::string Process::out() const {
+    return content(log_stem_ + ".out");
+}
 
 Finished run(const std::vector<std::string>& arguments, std::chrono::seconds deadline) {
     const TemporaryFolder folder;
@@ -85,7 +90,7 @@ bool wait_for(const std::function<bool()>& predicate, std::chrono::milliseconds 
     const auto end = std::chrono::steady_clock::now() + deadline;
     while (!predicate()) {
         if (std::chrono::steady_clock::now() > end) return false;
-        std::this_thread::sleep_for(std::chrono::milliseconds(2));   // between two looks at the predicate
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));  // between two looks at the predicate
     }
     return true;
 }
@@ -106,6 +111,8 @@ std::string cmmlive() {
     return named != nullptr ? named : CMMLIVE_EXECUTABLE;
 }
 
-std::string project_root() { return std::filesystem::current_path().string(); }
+std::string project_root() {
+    return std::filesystem::current_path().string();
+}
 
 }  // namespace cmm::test

@@ -8,11 +8,12 @@
 #include <string>
 #include <vector>
 
-/// Programs as a user starts them, for tests over the real wire. No sleeping: everything waits for a predicate with a deadline.
+/// Programs as a user starts them, for tests over the real wire. No sleeping: everything waits for a predicate with a
+/// deadline.
 namespace cmm::test {
 
 struct Finished {
-    int exit_code = -1;      ///< 128 + signal when it was killed
+    int exit_code = -1;  ///< 128 + signal when it was killed
     std::string out, err;
 };
 

@@ -29,14 +29,13 @@ TEST_P(BadPoints, FitSaysWhatAndWhere) {
     EXPECT_NE(fit.err.find("\n  "), std::string::npos) << "no advice: " << fit.err;
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Files, BadPoints,
-    testing::Values(BadCase{"MissingColumn", "p.csv", "x,y\n1,2\n3,4\n5,6\n", "p.csv:1"},
-                    BadCase{"NotANumber", "p.csv", "x,y,z\n0,0,0\n1,abc,0\n2,0,0\n", "p.csv:3:3"},
-                    BadCase{"Nan", "p.csv", "x,y,z\n0,0,0\n1,0,0\nnan,0,0\n", "p.csv:4:1"},
-                    BadCase{"TwoPoints", "p.csv", "x,y,z\n0,0,0\n1,0,0\n", "p.csv"},
-                    BadCase{"Empty", "p.csv", "", "p.csv"}),
-    [](const auto& info) { return std::string(info.param.name); });
+INSTANTIATE_TEST_SUITE_P(Files, BadPoints,
+                         testing::Values(BadCase{"MissingColumn", "p.csv", "x,y\n1,2\n3,4\n5,6\n", "p.csv:1"},
+                                         BadCase{"NotANumber", "p.csv", "x,y,z\n0,0,0\n1,abc,0\n2,0,0\n", "p.csv:3:3"},
+                                         BadCase{"Nan", "p.csv", "x,y,z\n0,0,0\n1,0,0\nnan,0,0\n", "p.csv:4:1"},
+                                         BadCase{"TwoPoints", "p.csv", "x,y,z\n0,0,0\n1,0,0\n", "p.csv"},
+                                         BadCase{"Empty", "p.csv", "", "p.csv"}),
+                         [](const auto& info) { return std::string(info.param.name); });
 
 TEST(BadInput, AnOpenScanIsShownAsOpenAndNotEvaluable) {
     const TemporaryFolder folder;
@@ -44,7 +43,8 @@ TEST(BadInput, AnOpenScanIsShownAsOpenAndNotEvaluable) {
     {
         std::ofstream out(file);
         out << "x,y,z\n";
-        for (int i = 0; i < 300; ++i) out << 20.0 * std::cos(0.01 * i) << "," << 5.0 * std::sin(0.01 * i) << ",10\n";
+        for (int i = 0; i < 300; ++i)
+            out << 20.0 * std::cos(0.01 * i) << "," << 5.0 * std::sin(0.01 * i) << ",10\n";
     }
     const auto fit = run({cmmlive(), "fit", file, "--stylus-radius", "1", "--out", folder / "out"});
     EXPECT_EQ(fit.exit_code, 2) << fit.out << fit.err;
@@ -54,16 +54,18 @@ TEST(BadInput, AnOpenScanIsShownAsOpenAndNotEvaluable) {
 TEST(BadInput, AWrongUnitsKeyIsNamedWithASuggestion) {
     const TemporaryFolder folder;
     const std::string file = folder / "part.toml";
-    std::ofstream(file) << "[part]\nname = \"p\"\nkind = \"blade\"\n[nominal]\nkind = \"none\"\n[scan]\npitch_um = 400\nheights_mm = [1]\n";
+    std::ofstream(file) << "[part]\nname = \"p\"\nkind = \"blade\"\n[nominal]\nkind = \"none\"\n[scan]\npitch_um = "
+                           "400\nheights_mm = [1]\n";
     const auto plan = run({cmmlive(), "plan", "--part", file});
     EXPECT_EQ(plan.exit_code, 3);
-    EXPECT_NE(plan.err.find("part.toml:7:1: unknown key scan.pitch_um; did you mean \"pitch_mm\"?"), std::string::npos) << plan.err;
+    EXPECT_NE(plan.err.find("part.toml:7:1: unknown key scan.pitch_um; did you mean \"pitch_mm\"?"), std::string::npos)
+        << plan.err;
 }
 
 TEST(BadInput, AnUnreachableMachineIsALinkError) {
     const TemporaryFolder folder;
-    const auto scan = run({cmmlive(), "scan", "--machine", "modbus+tcp://127.0.0.1:9", "--part", "config/parts/demo.toml", "--out",
-                           folder / "out"});
+    const auto scan = run({cmmlive(), "scan", "--machine", "modbus+tcp://127.0.0.1:9", "--part",
+                           "config/parts/demo.toml", "--out", folder / "out"});
     EXPECT_EQ(scan.exit_code, 5) << scan.err;
     EXPECT_NE(scan.err.find("127.0.0.1"), std::string::npos) << scan.err;
 }
@@ -85,8 +87,12 @@ TEST(BadInput, AFullDiskStopsTheMachineAndTheRunCanGoOn) {
 }
 
 TEST(BadInput, UsageErrorsAreThree) {
-    for (const std::vector<std::string>& arguments :
-         {std::vector<std::string>{}, {"nonsense"}, {"scan"}, {"fit", "--out", "x"}, {"demo", "--speed", "-1"}, {"config", "check"}}) {
+    for (const std::vector<std::string>& arguments : {std::vector<std::string>{},
+                                                      {"nonsense"},
+                                                      {"scan"},
+                                                      {"fit", "--out", "x"},
+                                                      {"demo", "--speed", "-1"},
+                                                      {"config", "check"}}) {
         std::vector<std::string> command{cmmlive()};
         command.insert(command.end(), arguments.begin(), arguments.end());
         EXPECT_EQ(run(command).exit_code, 3) << (arguments.empty() ? "(none)" : arguments.front());

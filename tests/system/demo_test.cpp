@@ -15,7 +15,8 @@ namespace {
 constexpr std::size_t demo_sections = 8;
 
 void expect_contract_files(const TemporaryFolder& folder) {
-    for (const char* name : {"run.cmmrun", "sections.csv", "rejected.csv", "result.json", "report.html", "points.csv"}) {
+    for (const char* name :
+         {"run.cmmrun", "sections.csv", "rejected.csv", "result.json", "report.html", "points.csv"}) {
         EXPECT_TRUE(std::filesystem::exists(folder / name)) << name;
     }
     const auto sections = read_csv(folder / "sections.csv");
@@ -49,7 +50,8 @@ TEST(Demo, TheGoodBladeIsAcceptedAndEveryFileIsThere) {
 
 TEST(Demo, TheBadBladeIsRejectedAndTheReasonsAreNamed) {
     const TemporaryFolder folder;
-    const auto demo = run({cmmlive(), "demo", "--part", "config/parts/demo-bad.toml", "--speed", "0", "--out", folder.path()});
+    const auto demo =
+        run({cmmlive(), "demo", "--part", "config/parts/demo-bad.toml", "--speed", "0", "--out", folder.path()});
     EXPECT_EQ(demo.exit_code, 1) << demo.out << demo.err;
     EXPECT_NE(demo.out.find("reject"), std::string::npos) << demo.out;
     EXPECT_NE(demo.out.find("profile_"), std::string::npos) << demo.out;
@@ -58,7 +60,8 @@ TEST(Demo, TheBadBladeIsRejectedAndTheReasonsAreNamed) {
 
 TEST(Demo, SectionsGrowWhilePointsStillArrive) {
     const TemporaryFolder folder;
-    const auto demo = run({cmmlive(), "demo", "--speed", "20", "--out", folder.path(), "--events", folder / "events.ndjson", "--json"});
+    const auto demo = run(
+        {cmmlive(), "demo", "--speed", "20", "--out", folder.path(), "--events", folder / "events.ndjson", "--json"});
     ASSERT_EQ(demo.exit_code, 0) << demo.err;
     EXPECT_EQ(nlohmann::json::parse(demo.out).at("verdict"), "accept");
 
@@ -66,7 +69,7 @@ TEST(Demo, SectionsGrowWhilePointsStillArrive) {
     std::map<int, int> updates_before_last_point;
     std::map<int, int> batches;
     std::map<int, bool> final_seen;
-    std::map<int, int> pending;   // updates since the last batch: they count once another batch follows
+    std::map<int, int> pending;  // updates since the last batch: they count once another batch follows
     for (const auto& event : read_ndjson(folder / "events.ndjson")) {
         EXPECT_EQ(event.at("seq").get<std::uint64_t>(), expected_seq++);
         EXPECT_TRUE(event.contains("t_machine_s") && event.contains("t_host_s"));

@@ -30,7 +30,8 @@ void expect_same_contours(const std::string& expected_dir, const std::string& di
         const auto found = read_contour(dir + name);
         ASSERT_EQ(found.size(), expected.size()) << dir << name;
         for (std::size_t k = 0; k < found.size(); ++k) {
-            ASSERT_LT((found[k].position_mm - expected[k].position_mm).norm(), tolerance_mm) << dir << name << " row " << k;
+            ASSERT_LT((found[k].position_mm - expected[k].position_mm).norm(), tolerance_mm)
+                << dir << name << " row " << k;
             ASSERT_EQ(found[k].zone, expected[k].zone) << dir << name << " row " << k;
         }
     }
@@ -48,7 +49,8 @@ class Fit : public testing::Test {
     void expect_fit(const std::string& name, std::vector<std::string> inputs) {
         std::vector<std::string> command{cmmlive(), "fit"};
         command.insert(command.end(), inputs.begin(), inputs.end());
-        for (const auto& word : {std::string("--part"), std::string("config/parts/demo.toml"), std::string("--out"), folder_ / name}) {
+        for (const auto& word :
+             {std::string("--part"), std::string("config/parts/demo.toml"), std::string("--out"), folder_ / name}) {
             command.push_back(word);
         }
         const auto fit = run(command);
@@ -61,15 +63,20 @@ class Fit : public testing::Test {
     Recorded recorded_;
 };
 
-TEST_F(Fit, FromTheRunFile) { expect_fit("run", {folder_ / "scan/run.cmmrun"}); }
+TEST_F(Fit, FromTheRunFile) {
+    expect_fit("run", {folder_ / "scan/run.cmmrun"});
+}
 
-TEST_F(Fit, FromOneCsvWithASectionColumn) { expect_fit("points", {folder_ / "scan/points.csv"}); }
+TEST_F(Fit, FromOneCsvWithASectionColumn) {
+    expect_fit("points", {folder_ / "scan/points.csv"});
+}
 
 TEST_F(Fit, FromOneCsvTheSectionsToldApartByHeight) {
     std::ofstream out(folder_ / "all.csv");
     out << "# every section in one file\nx,y,z\n";
     for (const auto& [name, points] : recorded_.sections) {
-        for (const auto& p : points) out << p[0] << "," << p[1] << "," << p[2] << "\n";
+        for (const auto& p : points)
+            out << p[0] << "," << p[1] << "," << p[2] << "\n";
     }
     out.close();
     expect_fit("all", {folder_ / "all.csv"});
@@ -82,7 +89,8 @@ TEST_F(Fit, FromOneFileASectionInWhiteSpace) {
         for (const auto& [name, points] : recorded_.sections) {
             files.push_back(folder_ / ("s" + name + extension));
             std::ofstream out(files.back());
-            for (const auto& p : points) out << p[0] << "  " << p[1] << "\t" << p[2] << "\n";
+            for (const auto& p : points)
+                out << p[0] << "  " << p[1] << "\t" << p[2] << "\n";
         }
         expect_fit(std::string("white") + (extension + 1), files);
     }
@@ -94,7 +102,8 @@ TEST_F(Fit, FromATurboGridCurve) {
         std::ofstream out(file);
         for (const auto& [name, points] : recorded_.sections) {
             out << "# Blade Profile " << name << "\n";
-            for (const auto& p : points) out << " " << p[0] << " " << p[1] << " " << p[2] << "\n";
+            for (const auto& p : points)
+                out << " " << p[0] << " " << p[1] << " " << p[2] << "\n";
         }
         out.close();
         expect_fit(std::string("crv") + (extension + 1), {file});
@@ -103,10 +112,12 @@ TEST_F(Fit, FromATurboGridCurve) {
 
 TEST_F(Fit, PointsOnThePartTakeNoBall) {
     // The contour that the scan gave, fed back as points on the part, comes back as itself.
-    const auto fit = run({cmmlive(), "fit", folder_ / "scan/section-2.csv", "--stylus-radius", "0", "--out", folder_ / "part"});
+    const auto fit =
+        run({cmmlive(), "fit", folder_ / "scan/section-2.csv", "--stylus-radius", "0", "--out", folder_ / "part"});
     EXPECT_EQ(fit.exit_code, 0) << fit.err;
     std::vector<Eigen::Vector2d> contour;
-    for (const auto& row : read_contour(folder_ / "scan/section-2.csv")) contour.emplace_back(row.position_mm.head<2>());
+    for (const auto& row : read_contour(folder_ / "scan/section-2.csv"))
+        contour.emplace_back(row.position_mm.head<2>());
     for (const auto& row : read_contour(folder_ / "part/section-0.csv")) {
         ASSERT_LT(distance_to_polyline(row.position_mm.head<2>(), contour), 2e-3);
     }
@@ -115,9 +126,13 @@ TEST_F(Fit, PointsOnThePartTakeNoBall) {
 TEST_F(Fit, GateAndExportGoOnFromTheRun) {
     EXPECT_EQ(run({cmmlive(), "gate", folder_ / "scan", "--gate", "config/gates/demo-tight.toml"}).exit_code, 1);
     EXPECT_EQ(run({cmmlive(), "gate", folder_ / "scan", "--gate", "config/parts/demo.toml"}).exit_code, 0);
-    EXPECT_EQ(run({cmmlive(), "export", folder_ / "scan", "--format", "json", "--out", folder_ / "r.json"}).exit_code, 0);
-    EXPECT_EQ(run({cmmlive(), "export", folder_ / "scan", "--format", "html", "--out", folder_ / "r.html"}).exit_code, 0);
-    EXPECT_EQ(run({cmmlive(), "export", folder_ / "scan/run.cmmrun", "--format", "csv", "--out", folder_ / "csv"}).exit_code, 0);
+    EXPECT_EQ(run({cmmlive(), "export", folder_ / "scan", "--format", "json", "--out", folder_ / "r.json"}).exit_code,
+              0);
+    EXPECT_EQ(run({cmmlive(), "export", folder_ / "scan", "--format", "html", "--out", folder_ / "r.html"}).exit_code,
+              0);
+    EXPECT_EQ(
+        run({cmmlive(), "export", folder_ / "scan/run.cmmrun", "--format", "csv", "--out", folder_ / "csv"}).exit_code,
+        0);
     expect_same_contours(folder_ / "scan", folder_ / "csv", 1e-9);
     EXPECT_EQ(run({cmmlive(), "gate", folder_ / "nothing", "--gate", "config/parts/demo.toml"}).exit_code, 6);
 }

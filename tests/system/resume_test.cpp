@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The host is killed in the middle of a scan, again and again. Judge: the simulator's own log of every sample it recorded.
+// The host is killed in the middle of a scan, again and again. Judge: the simulator's own log of every sample it
+// recorded.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -13,7 +14,8 @@
 namespace cmm::test {
 namespace {
 
-std::vector<std::string> scan_command(const SimulatedMachine& machine, const std::string& part, const std::string& out, bool resume) {
+std::vector<std::string> scan_command(const SimulatedMachine& machine, const std::string& part, const std::string& out,
+                                      bool resume) {
     std::vector<std::string> arguments{cmmlive(), "scan", "--machine", machine.url(), "--part", part, "--out", out};
     if (resume) arguments.emplace_back("--resume");
     return arguments;
@@ -64,7 +66,8 @@ TEST_P(Resume, AKilledHostLosesNothingAndDoublesNothing) {
     }
     EXPECT_GE(kills, 10);
     ASSERT_TRUE(machine.process().running()) << "the simulator did not survive";
-    const auto last = Process(scan_command(machine, part, out, true), folder / "scan-last").wait(std::chrono::seconds(120));
+    const auto last =
+        Process(scan_command(machine, part, out, true), folder / "scan-last").wait(std::chrono::seconds(120));
     EXPECT_EQ(last.exit_code, 0) << last.err << last.out;
     machine.end();
     expect_every_sample_once(out + "/run.cmmrun", machine.log());
@@ -94,13 +97,13 @@ TEST(Resume, TheMachineStopsByItsWatchdogWhenTheHostDies) {
 
 TEST(Resume, RefusesARunThatIsNotThereAndARunThatIs) {
     const TemporaryFolder folder;
-    const auto absent = run({cmmlive(), "scan", "--machine", "modbus+tcp://127.0.0.1:9", "--part", "config/parts/demo.toml", "--out",
-                             folder / "none", "--resume"});
+    const auto absent = run({cmmlive(), "scan", "--machine", "modbus+tcp://127.0.0.1:9", "--part",
+                             "config/parts/demo.toml", "--out", folder / "none", "--resume"});
     EXPECT_EQ(absent.exit_code, 3);
     EXPECT_NE(absent.err.find("no run to resume"), std::string::npos) << absent.err;
     ASSERT_EQ(run({cmmlive(), "demo", "--speed", "0", "--out", folder / "done"}).exit_code, 0);
-    const auto present = run({cmmlive(), "scan", "--machine", "modbus+tcp://127.0.0.1:9", "--part", "config/parts/demo.toml", "--out",
-                              folder / "done"});
+    const auto present = run({cmmlive(), "scan", "--machine", "modbus+tcp://127.0.0.1:9", "--part",
+                              "config/parts/demo.toml", "--out", folder / "done"});
     EXPECT_EQ(present.exit_code, 3);
     EXPECT_NE(present.err.find("--resume"), std::string::npos) << present.err;
 }
