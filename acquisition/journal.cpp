@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/journal.hpp"
 
-#include <fcntl.h>
-#include <sys/file.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
@@ -20,6 +16,7 @@
 
 #include "acquisition/run_file.hpp"
 #include "acquisition/sample_codec.hpp"
+#include "acquisition/writer_lock.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -33,32 +30,6 @@ constexpr auto commit_interval = std::chrono::milliseconds(50);
 constexpr std::size_t queue_samples = std::size_t{1} << 20U;
 constexpr std::size_t queue_notes = std::size_t{1} << 16U;
 constexpr std::size_t batches_per_transaction = 16;  // of a backlog; one is the rule
-
-/// Keeps a second writer away for as long as it lives; the lock dies with the process.
-class WriterLock {
-  public:
-    static Result<WriterLock> take(const std::string& file) {
-        WriterLock lock(::open(file.c_str(), O_RDWR | O_CLOEXEC));
-        if (lock.descriptor_ < 0) {
-            return core::fail(ErrorCode::journal_io, file + ": cannot open for writing: " + std::strerror(errno));
-        }
-        if (::flock(lock.descriptor_, LOCK_EX | LOCK_NB) != 0) {
-            return core::fail(ErrorCode::journal_io, file + ": another run is writing it");
-        }
-        return lock;
-    }
-    WriterLock(WriterLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-    WriterLock& operator=(WriterLock&&) = delete;
-    WriterLock(const WriterLock&) = delete;
-    WriterLock& operator=(const WriterLock&) = delete;
-    ~WriterLock() {
-        if (descriptor_ >= 0) ::close(descriptor_);
-    }
-
-  private:
-    explicit WriterLock(int descriptor) : descriptor_(descriptor) {}
-    int descriptor_;
-};
 
 /// Reading is the same for a finished file and for one being written; only the flush before it differs.
 class ReadableJournal : public Journal {

@@ -15,7 +15,7 @@
 
 namespace cmm::acquisition {
 
-/// The run file on the disk: the only place that knows SQLite and the schema (docs/run-file.md). One connection, one
+/// The run file on the disk: the only place that knows SQLite and the schema (docs/outputs.md). One connection, one
 /// thread at a time; several connections to one file may be open. Every failure says which file and why, as journal_io,
 /// journal_full or journal_corrupt.
 class RunFile {
