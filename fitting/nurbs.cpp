@@ -15,7 +15,7 @@ namespace {
 using core::ErrorCode;
 
 struct Basis {
-    std::size_t first = 0;                // index of the first of the four control points
+    std::size_t first = 0;  // index of the first of the four control points
     std::array<double, 4> value{}, slope{};
 };
 
@@ -36,7 +36,7 @@ Basis basis_at(const std::vector<double>& knots, double u) {
         }
     }
     Basis basis{span - 3, value, {}};
-    for (std::size_t j = 0; j < 3; ++j) {   // lower holds the quadratic functions
+    for (std::size_t j = 0; j < 3; ++j) {  // lower holds the quadratic functions
         const double width = knots[span + 1 + j] - knots[span + j - 2];
         if (!(width > 0.0)) continue;
         basis.slope[j] -= 3.0 * lower[j] / width;
@@ -49,14 +49,16 @@ Basis basis_at(const std::vector<double>& knots, double u) {
 std::vector<double> chord_knots(std::span<const Vec2> points) {
     const std::vector<double> chords = chord_parameters(points, false);
     std::vector<double> knots(3, 0.0);
-    for (const double c : chords) knots.push_back(c / chords.back());
+    for (const double c : chords)
+        knots.push_back(c / chords.back());
     knots.back() = 1.0;
     knots.insert(knots.end(), 3, 1.0);
     return knots;
 }
 
-/// Solves the interpolation equations for homogeneous control points (x w, y w, w): two end rows and n data rows, each with
-/// three neighbours (N_{i+3} vanishes at its knot), by Gaussian elimination without pivoting (diagonally dominant).
+/// Solves the interpolation equations for homogeneous control points (x w, y w, w): two end rows and n data rows, each
+/// with three neighbours (N_{i+3} vanishes at its knot), by Gaussian elimination without pivoting (diagonally
+/// dominant).
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
 void solve_tridiagonal(std::vector<std::array<double, 3>>& bands, Rows& rhs) {
@@ -81,7 +83,8 @@ core::Status check(std::span<const Vec2> points, std::span<const double> weights
         return core::fail(ErrorCode::fit_not_evaluable, "NURBS: as many weights as points are needed");
     for (std::size_t i = 0; i < points.size(); ++i) {
         if (!is_finite(points[i]) || (i > 0 && !((points[i] - points[i - 1]).norm() > 0.0)))
-            return core::fail(ErrorCode::fit_not_evaluable, "NURBS: point " + std::to_string(i) + " repeats or is not finite");
+            return core::fail(ErrorCode::fit_not_evaluable,
+                              "NURBS: point " + std::to_string(i) + " repeats or is not finite");
         if (!weights.empty() && !(weights[i] > 0.0))
             return core::fail(ErrorCode::fit_not_evaluable, "NURBS: weight " + std::to_string(i) + " is not positive");
     }
@@ -138,8 +141,8 @@ core::Result<NurbsCurve> interpolate_nurbs(std::span<const Vec2> points, std::sp
         const Basis basis = basis_at(knots, knots[i + 3]);
         bands[row] = {basis.value[0], basis.value[1], basis.value[2]};
     }
-    // End rows. Derivative of the homogeneous curve: 3 (P_1 - P_0) / (u_4 - u_3) (eq 10, 13); the weight's slope is zero, so
-    // the curve's own derivative times the end weight stands on the right. Natural: second derivative zero.
+    // End rows. Derivative of the homogeneous curve: 3 (P_1 - P_0) / (u_4 - u_3) (eq 10, 13); the weight's slope is
+    // zero, so the curve's own derivative times the end weight stands on the right. Natural: second derivative zero.
     const auto end_row = [&](bool start) {
         const std::size_t row = start ? 1 : n;
         const auto& tangent = start ? ends.start_tangent : ends.end_tangent;
@@ -169,7 +172,8 @@ core::Result<NurbsCurve> interpolate_nurbs(std::span<const Vec2> points, std::sp
         const auto at = static_cast<Eigen::Index>(j);
         weights_out[j] = rhs(at, 2);
         if (!(weights_out[j] > 0.0))
-            return core::fail(ErrorCode::fit_not_evaluable, "NURBS: these data weights need a control weight that is not positive");
+            return core::fail(ErrorCode::fit_not_evaluable,
+                              "NURBS: these data weights need a control weight that is not positive");
         points_out[j] = Vec2(rhs(at, 0), rhs(at, 1)) / rhs(at, 2);
     }
     return NurbsCurve(std::move(knots), std::move(points_out), std::move(weights_out));

@@ -38,14 +38,14 @@ class NurbsCurve {
 
 /// How an interpolating curve ends.
 struct EndConditions {
-    std::optional<Vec2> start_tangent;   ///< direction; its length is set to the chord parameter's speed. None: natural
+    std::optional<Vec2> start_tangent;  ///< direction; its length is set to the chord parameter's speed. None: natural
     std::optional<Vec2> end_tangent;
 };
 
 /// The cubic NURBS through q_1 ... q_n at cumulative chord lengths (seed 000, eq 8-14, with the corrections of
-/// docs/theory.md). `weights` are the data weights (empty: all 1), their end slopes are zero: with equal weights the result
-/// is the non-rational C2 spline. Errors: fit_not_evaluable (fewer than 2 points, repeated points, weights <= 0, weights
-/// whose control weights are not positive).
+/// docs/theory.md). `weights` are the data weights (empty: all 1), their end slopes are zero: with equal weights the
+/// result is the non-rational C2 spline. Errors: fit_not_evaluable (fewer than 2 points, repeated points, weights <= 0,
+/// weights whose control weights are not positive).
 core::Result<NurbsCurve> interpolate_nurbs(std::span<const Vec2> points, std::span<const double> weights,
                                            const EndConditions& ends);
 

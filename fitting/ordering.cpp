@@ -28,6 +28,7 @@ double median(std::vector<double> values) {
 /// The good points of the open chain and their cumulative chord lengths.
 struct Chain {
     std::vector<Vec2> good;
+    std::vector<char> bad;  // by usable point
     std::vector<double> s;
     double diagonal = 0.0;
 
@@ -45,11 +46,11 @@ Chain make_chain(std::span<const Vec2> points, const std::vector<std::size_t>& u
     all.reserve(usable.size());
     for (const std::size_t i : usable)
         all.push_back(points[i]);
-    const BadPoints found = find_bad_points(all, false, floor);
     Chain chain;
+    chain.bad = find_bad_points(all, false, floor).bad;
     Vec2 low = all.front(), high = low;
     for (std::size_t k = 0; k < all.size(); ++k) {
-        if (found.bad[k]) continue;
+        if (chain.bad[k]) continue;
         chain.s.push_back(chain.good.empty() ? 0.0 : chain.s.back() + (all[k] - chain.good.back()).norm());
         chain.good.push_back(all[k]);
         low = low.cwiseMin(all[k]);
@@ -128,14 +129,13 @@ std::vector<double> places_on_lap(std::span<const Vec2> points, const std::vecto
     return place;
 }
 
-void turn_counter_clockwise(std::span<const Vec2> points, Lap& lap, double floor) {
+void turn_counter_clockwise(std::span<const Vec2> points, const std::vector<char>& is_bad, Lap& lap) {
     std::vector<Vec2> ordered;
-    for (const std::size_t i : lap.index)
-        ordered.push_back(points[i]);
-    const BadPoints found = find_bad_points(ordered, true, floor);
     std::vector<std::size_t> good;
-    for (std::size_t k = 0; k < ordered.size(); ++k)
-        if (!found.bad[k]) good.push_back(k);
+    for (std::size_t k = 0; k < lap.index.size(); ++k) {
+        ordered.push_back(points[lap.index[k]]);
+        if (!is_bad[lap.index[k]]) good.push_back(k);
+    }
     double twice = 0.0;
     Vec2 moment = Vec2::Zero();
     const Vec2 origin = ordered[good.front()];
@@ -211,7 +211,10 @@ core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std:
                                                                 " apart where the points are " +
                                                                 core::length_text(step) + " apart");
     }
-    turn_counter_clockwise(points, lap, reject_floor_mm);
+    std::vector<char> is_bad(points.size(), 0);
+    for (std::size_t k = 0; k < usable.size(); ++k)
+        is_bad[usable[k]] = chain.bad[k];
+    turn_counter_clockwise(points, is_bad, lap);
     return lap;
 }
 

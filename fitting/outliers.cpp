@@ -14,16 +14,16 @@ namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-constexpr double scatter_factor = 7.0;        // times the robust sigma of the residuals
-constexpr double texture_factor = 1.4;        // local over global scatter from which the local one counts
+constexpr double scatter_factor = 7.0;   // times the robust sigma of the residuals
+constexpr double texture_factor = 1.4;   // local over global scatter from which the local one counts
 constexpr double quadruple_gain = 1.39;  // sigma of a residual / sigma of a point, equal spacing: sqrt(1 + 34/36)
 constexpr int deepest = 4;               // points of one cluster that are removed together
 constexpr double run_cost = 0.8, point_cost = 0.2;  // in units of one residual at its threshold, squared
 constexpr std::size_t longest_run = 4;              // of adjacent bad points: a longer one is a feature of the part
 constexpr std::size_t widest_region = 48;           // bits of the removed-set mask
-constexpr double sparse_step_mm = 0.04;       // from this spacing on all points are one chain
+constexpr double sparse_step_mm = 0.04;             // from this spacing on all points are one chain
 constexpr std::size_t least_chain = 200;
-constexpr double largest_share = 0.2;               // more bad points than this: the chain is no curve, stop looking
+constexpr double largest_share = 0.2;  // more bad points than this: the chain is no curve, stop looking
 
 double arc_of_chord(double chord, double turn) {
     // s = c (g/2) / sin(g/2) = c (1 + g^2/24 + ...), enough up to a radian
@@ -126,9 +126,11 @@ class Finder {
     /// h g^3 / 6; where the curvature jumps by d (edge to side) h^2 d / 16. Twice and once that.
     double sampling_error(const std::vector<double>& curvature, const std::vector<double>& step, std::size_t i) {
         const std::ptrdiff_t reach = n_ < 32 ? 3 : 7;
-        const double turn = std::max({std::abs(curvature[i]) * step[i], std::abs(curvature[(i + 1) % n_]) * step[(i + 1) % n_],
-                                      std::abs(curvature[(i + n_ - 1) % n_]) * step[(i + n_ - 1) % n_]});
-        if (turn < 0.05) return 0.0;
+        const double turn =
+            std::max({std::abs(curvature[i]) * step[i], std::abs(curvature[(i + 1) % n_]) * step[(i + 1) % n_],
+                      std::abs(curvature[(i + n_ - 1) % n_]) * step[(i + n_ - 1) % n_]});
+        // Below what noise feigns, and below what matters, nothing is excused.
+        if (turn < 0.05 + 10.0 * sigma_ / std::max(step[i], 1e-9)) return 0.0;
         // Medians on either side: the point itself and its bad neighbours have no say in what is excused.
         const double h = std::max(quantile(step, i, -reach, -1, 0.5), quantile(step, i, 1, reach, 0.5));
         const double before = quantile(curvature, i, -reach, -1, 0.5), after = quantile(curvature, i, 1, reach, 0.5);
@@ -300,8 +302,8 @@ double spline_residual(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& 
     const double h0 = ab.norm(), gap = bc.norm(), h2 = cd.norm();
     if (!(h0 > 0.0) || !(gap > 0.0) || !(h2 > 0.0)) return 0.0;
     // The turn over the gap, as its share of the turn between the outer chords.
-    const double turn = turn_angle(ab, cd) * gap / (gap + 0.5 * (h0 + h2));
-    const double h1 = arc_of_chord(gap, std::clamp(turn, -1.5, 1.5));
+    const double sine = cross(ab, cd) / (h0 * h2), whole_turn = ab.dot(cd) > 0.0 ? sine : std::copysign(1.5, sine);
+    const double h1 = arc_of_chord(gap, whole_turn * gap / (gap + 0.5 * (h0 + h2)));
     // Newton's divided differences over -h0, 0, h1, h1 + h2 (b is the origin).
     const Vec2 s0 = ab / h0, s1 = bc / h1, s2 = cd / h2;
     const Vec2 q0 = (s1 - s0) / (h0 + h1), q1 = (s2 - s1) / (h1 + h2);
@@ -326,8 +328,8 @@ BadPoints find_bad_points(std::span<const Vec2> points, bool closed, double floo
     all.residual.assign(n, 0.0);
     all.threshold_mm.assign(n, floor_mm);
     if (n < 7) return all;
-    // Points much denser than bad points are high lie close to their bad neighbours, whatever the spline does. Taking every
-    // k-th point in k interleaved chains restores the proportions, and makes singles out of runs.
+    // Points much denser than bad points are high lie close to their bad neighbours, whatever the spline does. Taking
+    // every k-th point in k interleaved chains restores the proportions, and makes singles out of runs.
     const std::vector<double> s = chord_parameters(points, false);
     const double mean_step = s.back() / static_cast<double>(n);
     const auto chains = std::clamp<std::size_t>(static_cast<std::size_t>(sparse_step_mm / std::max(mean_step, 1e-9)), 1,
@@ -335,7 +337,8 @@ BadPoints find_bad_points(std::span<const Vec2> points, bool closed, double floo
     std::vector<Vec2> chain;
     for (std::size_t first = 0; first < chains; ++first) {
         chain.clear();
-        for (std::size_t i = first; i < n; i += chains) chain.push_back(points[i]);
+        for (std::size_t i = first; i < n; i += chains)
+            chain.push_back(points[i]);
         const BadPoints found = Finder(chain, closed, floor_mm).run();
         for (std::size_t k = 0, i = first; i < n; ++k, i += chains) {
             all.bad[i] = found.bad[k];

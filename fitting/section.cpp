@@ -19,9 +19,9 @@ namespace {
 using core::ErrorCode;
 
 constexpr double restore_share = 0.6;  // of the threshold: below it a point that its neighbours accused is good
-constexpr std::size_t stiff_span = 8;       // points a knot interval of the first fit: a run of three bad ones stands out
+constexpr std::size_t stiff_span = 8;  // points a knot interval of the first fit: a run of three bad ones stands out
 constexpr std::size_t supple_span = 3;
-constexpr int most_rounds = 4;         // of fit, reject, restore
+constexpr int most_rounds = 4;  // of fit, reject, restore
 constexpr double most_bad_share = 0.2;
 
 /// The lap with its fit and everything derived from it on the way to the SectionFit.
@@ -92,7 +92,6 @@ class SectionFitter {
     /// Checks every point against the fitted curve (A9): runs that the neighbours excused are rejected, good points
     /// that bad neighbours accused come back. False when nothing changed.
     bool revise_verdicts(const std::vector<double>& threshold) {
-        const std::vector<double> misfit = local_misfit();
         bool changed = false;
         std::size_t good = 0;
         double near = smooth_.parameter.back();
@@ -100,7 +99,9 @@ class SectionFitter {
             if (reason_[k] == RejectReason::none) {
                 near = smooth_.parameter[good];
                 residual_[k] = smooth_.residual[good];
-                if (std::abs(residual_[k]) <= std::max(threshold[k], 4.0 * misfit[good++])) continue;
+                const bool far_off = std::abs(residual_[k]) > threshold[k];
+                if (const std::size_t at = good++; !far_off || std::abs(residual_[k]) <= 4.0 * misfit_near(at))
+                    continue;
                 reason_[k] = RejectReason::fit_residual;
                 changed = true;
             } else {
@@ -113,20 +114,15 @@ class SectionFitter {
         return changed;
     }
 
-    /// Median of the residuals' magnitude among five neighbours on each side, by good point: where the curve itself
+    /// Median of the residuals' magnitude among five neighbours on each side of a good point: where the curve itself
     /// does not follow the part, no single point is to blame.
-    std::vector<double> local_misfit() const {
+    double misfit_near(std::size_t i) const {
         const std::vector<double>& r = smooth_.residual;
-        const std::size_t n = r.size();
-        std::vector<double> misfit(n);
         std::array<double, 11> near{};
-        for (std::size_t i = 0; i < n; ++i) {
-            for (std::size_t k = 0; k < near.size(); ++k)
-                near[k] = std::abs(r[(i + n + k - 5) % n]);
-            std::nth_element(near.begin(), near.begin() + 5, near.end());
-            misfit[i] = near[5];
-        }
-        return misfit;
+        for (std::size_t k = 0; k < near.size(); ++k)
+            near[k] = std::abs(r[(i + r.size() + k - 5) % r.size()]);
+        std::nth_element(near.begin(), near.begin() + 5, near.end());
+        return near[5];
     }
 
     /// Signed distance of a point that is not in the fit, searched from its last good predecessor on.
