@@ -182,8 +182,9 @@ Result<Header> read_header(std::string_view content, const std::string& name) {
         if (line == "end_header") return header;
         if (line.empty() || (header.lines == 1 && line == "ply")) continue;
         if (const auto what = read_header_line(core::split(line, ' '), header); !what.empty()) {
-            return fail(ErrorCode::input_invalid, name + ":" + std::to_string(header.lines) + ": " + what + ": '" +
-                                                      std::string(line.substr(0, 60)) + "'");
+            std::string text = name + ":" + std::to_string(header.lines) + ": " + what;
+            text.append(": '").append(line.substr(0, 60)).append("'");
+            return fail(ErrorCode::input_invalid, std::move(text));
         }
     }
     return fail(ErrorCode::input_invalid,

@@ -121,7 +121,7 @@ bool PatchSurface::refine(const Eigen::Vector3d& centre, Foot& foot) const {
 
 Contact PatchSurface::nearest(const Eigen::Vector3d& centre_mm, std::size_t& warm) const {
     Bvh::Hit hit;
-    const Contact facet = facets_.nearest(centre_mm, warm, hit);
+    Contact facet = facets_.nearest(centre_mm, warm, hit);
     const std::size_t tube = 2 * (u_.size() - 1) * (v_.size() - 1);
     if (hit.triangle >= tube) return facet;
     Foot foot = start(hit);

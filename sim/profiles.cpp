@@ -114,19 +114,34 @@ class ProfileCurve {
     std::vector<double> knots_, lengths_;
 };
 
+/// Arc-length fractions of all curves' points in one rising list, without those that nearly coincide.
+std::vector<double> common_fractions(const std::vector<ProfileCurve>& curves) {
+    constexpr double least_gap = 5e-4;
+    std::vector<double> all, kept;
+    for (const auto& curve : curves) {
+        for (std::size_t i = 0; i < curve.size(); ++i)
+            all.push_back(curve.length_at_knot(i) / curve.length());
+    }
+    std::sort(all.begin(), all.end());
+    for (const double fraction : all) {
+        if ((kept.empty() || fraction - kept.back() > least_gap) && fraction < 1.0 - least_gap)
+            kept.push_back(fraction);
+    }
+    return kept;
+}
+
 std::vector<Points> resampled(const std::vector<Points>& profiles) {
     std::vector<ProfileCurve> curves;
-    std::size_t start = 0, reference = 0;
+    std::size_t start = 0;
     for (std::size_t k = 0; k < profiles.size(); ++k) {
         start = sharpest(profiles[k], k == 0 ? nullptr : &profiles[k - 1], start);
         curves.emplace_back(profiles[k], start);
-        if (profiles[k].size() > profiles[reference].size()) reference = k;
     }
     std::vector<Points> result(profiles.size());
-    for (std::size_t i = 0; i < curves[reference].size(); ++i) {
-        const double fraction = curves[reference].length_at_knot(i) / curves[reference].length();
-        for (std::size_t k = 0; k < curves.size(); ++k)
+    for (const double fraction : common_fractions(curves)) {
+        for (std::size_t k = 0; k < curves.size(); ++k) {
             result[k].push_back(curves[k].at_length(fraction * curves[k].length()));
+        }
     }
     return result;
 }
