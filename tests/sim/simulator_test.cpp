@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <sstream>
@@ -42,7 +43,8 @@ std::map<std::uint32_t, Counts> scan(WireClient& host, const std::vector<PathPoi
     feed();
     host.start(opcode::scan, {1, 10000, 10000, 10000});
     std::uint32_t ack = 0;
-    for (;;) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (std::chrono::steady_clock::now() < deadline) {
         feed();
         const auto block = host.exchange(ack);
         const std::uint32_t first = get32(block, 3, true);
@@ -52,6 +54,8 @@ std::map<std::uint32_t, Counts> scan(WireClient& host, const std::vector<PathPoi
         ack = first + block[7] - 1;
         if ((block[8] & 4) != 0 && (block[8] & 2) == 0 && sent == path.size()) return taken;
     }
+    ADD_FAILURE() << "the path does not end";
+    return taken;
 }
 
 TEST(Simulator, ScansABladeAndItsLogSaysWhatItSent) {

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <stdexcept>
 
@@ -94,11 +95,13 @@ void WireClient::start(std::uint16_t opcode, std::initializer_list<std::int32_t>
 }
 
 int WireClient::finish() {
-    for (;;) {
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (std::chrono::steady_clock::now() < deadline) {
         exchange(0);
         const Registers status = read(68, 3);
         if (status[0] == seq_ && status[1] != 1) return status[2];
     }
+    throw std::runtime_error("the command does not end");
 }
 
 int WireClient::run(std::uint16_t opcode, std::initializer_list<std::int32_t> args) {
