@@ -70,17 +70,16 @@ std::string_view short_name(Zone zone) {
     return "";
 }
 
-double limit_um(const SectionResult& section, Zone zone) {
-    const auto* c = section.find("profile_" + std::string(fitting::to_string(zone)));
-    return c != nullptr && c->limit_mm ? um_from_mm(*c->limit_mm) : 0.0;
+double limit_um(const ZoneLimits& limits, Zone zone) {
+    return um_from_mm(limits[static_cast<std::size_t>(zone)].value_or(0.0));
 }
 
-double largest_um(const SectionResult& section) {
+double largest_um(const SectionResult& section, const ZoneLimits& limits) {
     const auto& contour = section.fit->contour;
     double largest = 1.0;
     for (std::size_t i = 0; i < contour.size(); ++i) {
         largest = std::max({largest, um_from_mm(std::abs(section.deviation_mm[i]) + contour[i].u95_mm),
-                            0.5 * limit_um(section, contour[i].zone)});
+                            0.5 * limit_um(limits, contour[i].zone)});
     }
     return largest;
 }
@@ -131,7 +130,8 @@ void draw_panel(Picture& picture, const PlotFrame& frame, const Unrolled& run, Z
 std::string deviation_figure(const SectionResult& section) {
     if (section.deviation_mm.empty() || !section.closed()) return {};
     Picture picture(width, height, "Deviation against arc length at z " + core::fixed(section.z_mm, 3) + " mm");
-    const double reach = 1.12 * largest_um(section);
+    const auto limits = zone_limits_mm(section);
+    const double reach = 1.12 * largest_um(section, limits);
     const auto runs = zone_runs(section.fit->contour);
     // The edges are short and matter most: they get half the width of a side, whatever their length.
     const auto share = [](Zone zone) { return is_edge(zone) ? 1.0 : 2.0; };
@@ -145,7 +145,7 @@ std::string deviation_figure(const SectionResult& section) {
         const PlotFrame frame({x, top}, {panel, height - top - bottom}, {0, -reach}, {unrolled.at_mm.back(), reach});
         frame.draw_x_ticks(picture, is_edge(run.zone) ? 2 : 4, &run == &runs.back() ? 0.0 : 16.0);
         frame.draw_y_ticks(picture, 6, x == left);
-        draw_panel(picture, frame, unrolled, run.zone, limit_um(section, run.zone));
+        draw_panel(picture, frame, unrolled, run.zone, limit_um(limits, run.zone));
         x += panel;
     }
     const PlotFrame whole({left, top}, {width - left - right, height - top - bottom}, {0, 0}, {1, 1});

@@ -21,7 +21,7 @@ using fitting::Zone;
 // A foot whose normal is more than 60 degrees away lies on another side of the blade.
 constexpr double same_side_cosine = 0.5;
 constexpr std::size_t stations_of_nominal = 2400;
-constexpr std::size_t window_stations = 40;
+constexpr std::size_t window_stations = 16;
 
 /// The nominal at equal steps of arc length: position and outward normal, to find the right side quickly.
 class SideSafeDistance {

@@ -236,7 +236,8 @@ std::string section_sheet(const SectionResult& section, double ball_radius_mm) {
     if (!section.why.empty()) out += element("p class=\"undecided\"", "Not evaluable: " + escape(section.why));
     const auto whiskers = whisker_figure(section);
     out += "<div class=\"plots\">\n";
-    out += figure("half", "<b>Contour</b>", overlay_figure(section, ball_radius_mm));
+    out += figure("half", section.closed() ? "<b>Contour</b>" : "<b>Recorded ball centres</b> and nominal",
+                  overlay_figure(section, ball_radius_mm));
     out += figure("half", "<b>Deviations</b> along the normal of the nominal, outwards positive", whiskers);
     out += figure("quarter", "<b>Leading edge</b> " + escape(radius_text(section, fitting::Zone::le)),
                   edge_figure(section, fitting::Zone::le, ball_radius_mm));

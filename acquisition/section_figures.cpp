@@ -50,17 +50,35 @@ struct SurfacePoints {
     std::vector<Vector2d> rejected;
 };
 
+/// Good enough for a picture: every 8th point first, then the neighbours of the best.
+const ContourPoint& nearest(const std::vector<ContourPoint>& contour, const Vector2d& p) {
+    constexpr std::size_t stride = 8;
+    const std::size_t n = contour.size();
+    std::size_t best = 0;
+    double best_squared = std::numeric_limits<double>::max();
+    const auto look_at = [&](std::size_t i) {
+        const double squared = (contour[i].position_mm - p).squaredNorm();
+        if (squared >= best_squared) return;
+        best_squared = squared;
+        best = i;
+    };
+    for (std::size_t i = 0; i < n; i += stride)
+        look_at(i);
+    const std::size_t coarse = best;
+    for (std::size_t k = 1; k < stride; ++k) {
+        look_at((coarse + k) % n);
+        look_at((coarse + n - k % n) % n);
+    }
+    return contour[best];
+}
+
 /// Recorded points less the ball radius along the normal of the nearest contour point; ball centres without a contour.
 SurfacePoints surface_points(const SectionResult& section, double ball_radius_mm) {
     SurfacePoints out;
     for (const auto& point : section.points) {
         Vector2d p = point.centre_mm.head<2>();
         if (section.closed()) {
-            const auto& contour = section.fit->contour;
-            const auto nearer = [&p](const ContourPoint& a, const ContourPoint& b) {
-                return (a.position_mm - p).squaredNorm() < (b.position_mm - p).squaredNorm();
-            };
-            p -= ball_radius_mm * std::min_element(contour.begin(), contour.end(), nearer)->normal;
+            p -= ball_radius_mm * nearest(section.fit->contour, p).normal;
         }
         (point.verdict.reason == fitting::RejectReason::none ? out.used : out.rejected).push_back(p);
     }
@@ -126,11 +144,6 @@ void draw_overlay(Picture& picture, const PlotFrame& frame, const SectionResult&
     name_edge(section.fit->te_point_mm, section.fit->le_point_mm, "TE");
 }
 
-std::optional<double> limit_for(const SectionResult& section, Zone zone) {
-    const auto* c = section.find("profile_" + std::string(fitting::to_string(zone)));
-    return c == nullptr ? std::nullopt : c->limit_mm;
-}
-
 Box edge_box(const SectionResult& section, Zone edge) {
     const bool le = edge == Zone::le;
     const auto& fit = *section.fit;
@@ -150,7 +163,7 @@ void draw_edge(Picture& picture, const PlotFrame& frame, const SectionResult& se
     const auto nominal = svg::polyline(frame.px(section.nominal_contour), true);
     frame.draw_axes(picture, "x in mm", "y in mm", 4, 4);
     picture.clip(frame.corner(), frame.size());
-    if (const auto limit = limit_for(section, edge); limit && !nominal.empty()) {
+    if (const auto limit = zone_limits_mm(section)[static_cast<std::size_t>(edge)]; limit && !nominal.empty()) {
         // A line as wide as the tolerance zone is the zone.
         picture.path("tolerance", nominal, *limit * frame.scale_x());
     }
@@ -179,13 +192,14 @@ struct Whisker {
 std::vector<Whisker> whiskers(const SectionResult& section, const PlotFrame& frame) {
     std::vector<Whisker> out;
     const auto& contour = section.fit->contour;
+    const auto limits = zone_limits_mm(section);
     for (std::size_t i = 0; i < contour.size(); ++i) {
         const auto& point = contour[i];
         const double d = section.deviation_mm[i];
         out.push_back({frame.px(point.position_mm - d * point.normal),
                        {point.normal.x(), -point.normal.y()},
                        d,
-                       limit_for(section, point.zone),
+                       limits[static_cast<std::size_t>(point.zone)],
                        is_edge(point.zone)});
     }
     return out;
@@ -240,6 +254,15 @@ void draw_whiskers(Picture& picture, const std::vector<Whisker>& all, double px_
 }
 
 }  // namespace
+
+ZoneLimits zone_limits_mm(const SectionResult& section) {
+    ZoneLimits limits;
+    for (const auto zone : {Zone::le, Zone::suction, Zone::te, Zone::pressure}) {
+        const auto* c = section.find("profile_" + std::string(fitting::to_string(zone)));
+        if (c != nullptr) limits[static_cast<std::size_t>(zone)] = c->limit_mm;
+    }
+    return limits;
+}
 
 std::string radius_text(const SectionResult& section, Zone edge) {
     if (!section.closed()) return {};

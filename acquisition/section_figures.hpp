@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -23,6 +25,10 @@ std::string whisker_figure(const SectionResult& section);
 std::string deviation_figure(const SectionResult& section);
 /// A characteristic over z.
 std::string trend_figure(const PartResult& part, std::string_view characteristic);
+
+/// Width of the tolerance zone in each fitting::Zone, where there is one.
+using ZoneLimits = std::array<std::optional<double>, 4>;
+ZoneLimits zone_limits_mm(const SectionResult& section);
 
 /// An SVG file of its own: the overlay with both edges beside it.
 std::string section_svg(const SectionResult& section, double ball_radius_mm);

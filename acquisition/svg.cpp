@@ -202,16 +202,16 @@ std::string Picture::finish(std::string_view style) const {
 
 std::string_view figure_style() {
     return R"css(
-.fig{--paper:#fff;--ink:#1c2127;--soft:#5d6874;--rule:#dfe3e8;--faint:#f1f3f6;--nominal:#8a95a1;--side:#1f66ad;--edge:#7a4fa3;
---out:#c22f26;--good:#1d7d4d;--open:#a06400;--zone:#1f66ad14;--band:#e3f1e9;font-family:system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,sans-serif;background:var(--paper)}
-@media (prefers-color-scheme:dark){.fig{--paper:#15191e;--ink:#e4e8ec;--soft:#98a3af;--rule:#2e353d;--faint:#1c2127;--nominal:#7d8894;
+.fig{--paper:#fff;--ink:#1c2127;--soft:#5d6874;--rule:#dfe3e8;--nominal:#8a95a1;--side:#1f66ad;--edge:#7a4fa3;
+--out:#c22f26;--good:#1d7d4d;--open:#a06400;--zone:#1f66ad14;--band:#e3f1e9;
+font-family:system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,sans-serif;background:var(--paper)}
+@media (prefers-color-scheme:dark){.fig{--paper:#15191e;--ink:#e4e8ec;--soft:#98a3af;--rule:#2e353d;--nominal:#7d8894;
 --side:#6cabec;--edge:#bd93e6;--out:#ff7b70;--good:#55c08a;--open:#e0a63f;--zone:#6cabec1c;--band:#1d3127}}
 .fig path{fill:none;stroke-linejoin:round}
 .fig text{font-size:11px;fill:var(--soft);font-variant-numeric:tabular-nums}
 .fig text.strong{fill:var(--ink);font-weight:600}
 .fig text.on{paint-order:stroke;stroke:var(--paper);stroke-width:4px;stroke-linejoin:round}
 .fig text.tag{font-size:10px;letter-spacing:.06em}
-.fig text.over{fill:var(--out);font-weight:600}
 .fig .frame{fill:none;stroke:var(--rule)}
 .fig .grid{stroke:var(--rule);stroke-width:.6}
 .fig .zero{stroke:var(--soft);stroke-width:.9}
