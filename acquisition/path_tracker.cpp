@@ -20,6 +20,7 @@ constexpr double slack_mm = 8e-3;      // what a good point may be off at no dis
 constexpr double slack_per_mm = 0.12;  // ... and more with the distance, for the error of the heading
 constexpr double tightest_concave_mm = 2.0;
 constexpr double curvature_reach_mm = 0.6;
+constexpr double rough_heading_rad = 0.5;
 constexpr double start_window_mm = 2.0;  // the start counts as passed when it is nearer than this
 
 Vector2d left_of(const Vector2d& v) {
@@ -113,12 +114,23 @@ void PathTracker::lost_contact() {
     const Vector2d newest = raw_.back(), before = raw_[raw_.size() - 2];
     const Vector2d way = (newest - before).normalized();
     const bool turns_in = cross(tangent_, newest - position_) > 0.0 && cross(tangent_, way) > 0.0;
-    if (!turns_in) return;
-    good_ = {before, newest};
+    if (turns_in) restart({before, newest}, way);
+}
+
+void PathTracker::regained_contact(const Vector2d& centre, const Vector2d& heading) {
+    if (!ready_) return add(centre);
+    raw_.push_back(centre);
+    restart({centre}, heading.normalized());
+}
+
+/// Goes on with few points and a rough heading: in the finest steps and ready to believe turns.
+void PathTracker::restart(std::vector<Vector2d> points, const Vector2d& heading) {
+    good_ = std::move(points);
     rejected_ = 0;
-    curvature_ = sharpest_ = 1.0 / radius_;
-    doubt_rad_ = 0.5;
-    advance(newest, way);
+    curvature_ = 0.0;
+    sharpest_ = 1.0 / radius_;
+    doubt_rad_ = rough_heading_rad;
+    advance(good_.back(), heading);
 }
 
 /// Heading and position from the last points whatever they are: the parabola with the least median residual.

@@ -20,6 +20,8 @@ class PathTracker {
     void add(const Eigen::Vector2d& centre);
     /// The ball lost the surface: if the last point was rejected for turning in, it was right after all.
     void lost_contact();
+    /// Contact again after a search: at this point, in about this direction.
+    void regained_contact(const Eigen::Vector2d& centre, const Eigen::Vector2d& heading);
 
     bool ready() const { return ready_; }
     const Eigen::Vector2d& position() const { return position_; }
@@ -56,6 +58,7 @@ class PathTracker {
     bool plausible(const Eigen::Vector2d& centre) const;
     void reacquire();
     void update();
+    void restart(std::vector<Eigen::Vector2d> points, const Eigen::Vector2d& heading);
     void expect_turn(const Eigen::Vector2d& centre);
     void advance(const Eigen::Vector2d& position, const Eigen::Vector2d& tangent);
 

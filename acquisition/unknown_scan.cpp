@@ -3,6 +3,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/text.hpp"
@@ -17,7 +18,9 @@ constexpr double step_growth = 1.3;
 // The centre runs at least a ball radius round any edge: a step of less than that still finds the surface under it.
 constexpr double widest_of_ball = 0.7, finest_of_ball = 0.3;
 constexpr double lost_limit_mm = 2.0;
-constexpr double inward_turn_rad = 0.5;  // more with every point without contact: a spiral into the material
+// Where the surface is sought after points without contact: a spiral into the material, for an edge that was overrun,
+// and now and then outwards, for the far wall of a dent that blocks the way.
+constexpr std::array<double, 8> search_turns_rad{0.5, 1.0, -0.8, 1.5, -1.6, 2.0, -2.4, 2.5};
 constexpr double slowest_share = 0.1;
 
 }  // namespace
@@ -52,6 +55,7 @@ std::size_t UnknownScan::next(std::span<drivers::PathPoint> room, bool& last) {
     const Vector2d centre = room[0].centre_mm.head<2>();
     if (lost_ > 0) lost_mm_ += (centre - last_given_).norm();
     last_given_ = centre;
+    last_tangent_ = {-room[0].normal.y(), room[0].normal.x()};
     ++given_;
     waiting_ = true;
     if (past_start_ && ++*past_start_ >= options_.overlap) last = ended_ = true;
@@ -82,7 +86,8 @@ drivers::PathPoint UnknownScan::predicted() {
     const Vector2d& tangent = tracker_.tangent();
     if (lost_ > 0) {
         step_ = finest_;
-        const Vector2d turned = Eigen::Rotation2Dd(inward_turn_rad * static_cast<double>(lost_)) * tangent;
+        const double turn = search_turns_rad.at((lost_ - 1) % search_turns_rad.size());
+        const Vector2d turned = Eigen::Rotation2Dd(turn) * tangent;
         return path_point(tracker_.position() + finest_ * turned, turned, finest_);
     }
     step_ = wanted_step();
@@ -105,9 +110,13 @@ core::Status UnknownScan::on_sample(const Eigen::Vector3d& centre_mm, bool no_co
                               core::length_text(lost_mm_) + " of path",
                           core::Motion::may_be_moving);
     }
+    if (lost_ > 0) {
+        tracker_.regained_contact(centre_mm.head<2>(), last_tangent_);
+    } else {
+        tracker_.add(centre_mm.head<2>());
+    }
     lost_ = 0;
     lost_mm_ = 0.0;
-    tracker_.add(centre_mm.head<2>());
     if (tracker_.closed() && !past_start_) past_start_ = 0;
     if (tracker_.length_mm() <= options_.longest_mm) return {};
     return core::fail(

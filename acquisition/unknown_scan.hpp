@@ -57,7 +57,7 @@ class UnknownScan final : public drivers::PathSource {
     std::size_t given_ = 0, lost_ = 0;  // points given; of them without contact, in a row
     double lost_mm_ = 0.0;
     std::optional<std::size_t> past_start_;
-    Eigen::Vector2d last_given_ = Eigen::Vector2d::Zero();
+    Eigen::Vector2d last_given_ = Eigen::Vector2d::Zero(), last_tangent_ = Eigen::Vector2d::UnitX();
     bool waiting_ = false, ended_ = false;
 };
 

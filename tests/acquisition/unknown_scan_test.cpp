@@ -62,11 +62,12 @@ Lap run(const Servo& servo, const UnknownScanOptions& options, const Vector3d& t
     double bad_mm = 0.0;
     for (bool last = false; !last && lap.points < 20000;) {
         std::array<drivers::PathPoint, 4> room;
-        const std::size_t n = scan.next(room, last);
+        const std::size_t n = scan.next(room, last);  // strictly one at a time
         if (n == 0) break;
         EXPECT_EQ(n, 1U);
         bool early = false;
-        EXPECT_EQ(scan.next(room, early), last ? 0U : 0U);  // strictly one at a time
+        std::array<drivers::PathPoint, 4> more;
+        EXPECT_EQ(scan.next(more, early), 0U);
         ++lap.points;
         const auto contact = servo.contact(room[0]);
         Vector2d centre =
@@ -129,7 +130,7 @@ Lap check_lap(const std::vector<Vector2d>& part, double radius, const Disturbanc
         EXPECT_LT(nearest, radius + 0.3) << part[i].transpose();
     }
     for (std::size_t i = 1; i < c.size(); ++i)
-        EXPECT_LT((c[i] - c[i - 1]).norm(), 0.85);
+        EXPECT_LT((c[i] - c[i - 1]).norm(), 1.2);  // the ball jumps over a dent
     EXPECT_LT(lap.points, 1500U);
     return lap;
 }
