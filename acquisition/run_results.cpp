@@ -90,11 +90,12 @@ core::Result<PartResult> results_of_run(const std::string& run_file, const PartF
     result.complete = recorded->size() == part->scan.heights_mm.size();
     PartFile measured = *part;
     measured.stylus.radius_mm = header.ball_radius_mm;  // the ball that measured, whatever a second part file says
+    SectionJudge judge;
     for (const auto& section : *recorded) {
         auto setup = make_section_setup(measured, nominal->get(), section.index, height_of(section, measured));
         if (!setup) return tl::unexpected(setup.error());
         result.complete = result.complete && section.finished;
-        result.sections.push_back(finish_section(*setup, section.points));
+        result.sections.push_back(judge.finish(*setup, section.points));
     }
     return result;
 }
@@ -114,6 +115,7 @@ core::Result<PartResult> results_of_points(const std::vector<PointSection>& sect
     result.ball_radius_mm = ball_radius_mm;
     result.has_nominal = *nominal != nullptr;
     std::uint64_t sequence = 0;
+    SectionJudge judge;
     for (std::size_t i = 0; i < sections.size(); ++i) {
         auto setup = make_section_setup(used, nominal->get(), i, sections[i].z_mm());
         if (!setup) return tl::unexpected(setup.error());
@@ -129,7 +131,7 @@ core::Result<PartResult> results_of_points(const std::vector<PointSection>& sect
                 point.verdict.reason = fitting::RejectReason::no_contact;
             points.push_back(point);
         }
-        result.sections.push_back(finish_section(*setup, std::move(points)));
+        result.sections.push_back(judge.finish(*setup, std::move(points)));
     }
     return result;
 }

@@ -61,7 +61,7 @@ void SectionFinisher::work() {
         waiting_.pop_front();
         busy_ = true;
         lock.unlock();
-        auto result = finish_section(section->setup(), section->points());
+        auto result = judge_.finish(section->setup(), section->points());
         const double latency_ms = core::seconds(clock_.now() - section->last_sample_host_time()) * 1e3;
         announce(result, section->last_machine_time_s(), latency_ms);
         lock.lock();

@@ -46,6 +46,7 @@ class SectionFinisher {
     const core::Clock& clock_;
     mutable std::mutex mutex_;
     std::condition_variable changed_;
+    SectionJudge judge_;  // the working thread's
     std::deque<std::unique_ptr<LiveSection>> waiting_;
     std::vector<SectionResult> results_;
     std::vector<double> latencies_ms_;

@@ -32,7 +32,7 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
     return setup;
 }
 
-SectionResult finish_section(const SectionSetup& setup, std::vector<RecordedPoint> points) {
+SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<RecordedPoint> points) {
     std::vector<Eigen::Vector2d> centres;
     std::vector<fitting::RejectReason> excluded;
     centres.reserve(points.size());
@@ -44,6 +44,10 @@ SectionResult finish_section(const SectionSetup& setup, std::vector<RecordedPoin
     fitting::SectionOptions options;
     options.ball_radius_mm = setup.ball_radius_mm;
     options.le_hint = setup.le_hint_mm;
+    if (!options.le_hint && last_le_mm_) {
+        options.le_hint = last_le_mm_;
+        options.te_hint = last_te_mm_;
+    }
     EvaluationOptions evaluation;
     evaluation.profile_mm = setup.gate.profile_mm;
     evaluation.edge_profile_mm = setup.gate.edge_profile_mm;
@@ -57,6 +61,10 @@ SectionResult finish_section(const SectionSetup& setup, std::vector<RecordedPoin
         nominal = setup.nominal->contour.points;
     }
     auto fit = fitting::fit_section(centres, excluded, options);
+    if (fit && fit->closed) {
+        last_le_mm_ = fit->le_point_mm;
+        last_te_mm_ = fit->te_point_mm;
+    }
     SectionResult section;
     section.index = setup.index;
     section.name = setup.name;

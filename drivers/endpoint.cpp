@@ -145,8 +145,9 @@ class Parser {
         endpoint_.port = form_->default_port;
         if (text.empty()) return {};
         const auto port = whole_number(text);
-        if (!port || *port < 1 || *port > 65535) {
-            return error("the port \"" + std::string(text) + "\" is not a number from 1 to 65535");
+        // 0 is for listeners: any free port.
+        if (!port || *port < 0 || *port > 65535) {
+            return error("the port \"" + std::string(text) + "\" is not a number from 0 to 65535");
         }
         endpoint_.port = static_cast<std::uint16_t>(*port);
         return {};

@@ -58,7 +58,7 @@ TEST(Endpoint, ErrorsNameTheUrlAndThePlace) {
     expect_error("modbus+tcp:host", "'//' is missing");
     expect_error("modbus+tcp://", "host is missing");
     expect_error("modbus+tcp://h:", "port is missing");
-    expect_error("modbus+tcp://h:70000", "\"70000\" is not a number from 1 to 65535");
+    expect_error("modbus+tcp://h:70000", "\"70000\" is not a number from 0 to 65535");
     expect_error("modbus+tcp://h:5o2", "\"5o2\"");
     expect_error("modbus+tcp://h/path", "path cannot follow");
     expect_error("modbus+tcp://fe80::2", "brackets");
