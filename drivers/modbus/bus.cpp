@@ -1,37 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/modbus/bus.hpp"
 
-#include <modbus/modbus.h>
-#include <netdb.h>
-#include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/eventfd.h>
-#include <sys/select.h>
-#include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <chrono>
-#include <cstring>
 #include <mutex>
 #include <system_error>
 #include <thread>
+
+#include "drivers/modbus/tcp_link.hpp"
 
 namespace cmm::drivers::modbus {
 namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 using Outcome = Transaction::Outcome;
-
-// A frame arrives in one segment but for rare splits; longer gaps inside it count as a broken link. Below 50 ms,
-// because a stop waits for the frame being received.
-constexpr std::uint32_t byte_timeout_us = 40'000;
-
-// A controller that does not take in 260 bytes for so long is as good as gone.
-constexpr double longest_send_ms = 200.0;
 
 constexpr std::string_view hex_digits = "0123456789abcdef";
 
@@ -66,31 +54,17 @@ class EventFd {
     int fd_;
 };
 
-void set_timeout(modbus_t* context, double ms) {
-    const auto us = static_cast<std::uint32_t>(ms * 1000.0);
-    modbus_set_response_timeout(context, us / 1'000'000U, us % 1'000'000U);
-}
-
-/// libmodbus waits by select(): a descriptor from 1024 on would overwrite its stack. The next free number tells before
-/// it is used.
-bool descriptors_left(int any_fd) {
-    const int probe = ::dup(any_fd);
-    if (probe < 0) return false;
-    ::close(probe);
-    return probe < FD_SETSIZE;
-}
-
 }  // namespace
 
 class Bus::Impl {
   public:
-    explicit Impl(BusOptions options) : options_(std::move(options)), thread_([this] { main(); }) {}
+    explicit Impl(BusOptions options)
+        : options_(std::move(options)), link_(options_.host, options_.port), thread_([this] { main(); }) {}
 
     ~Impl() {
         quit_ = true;
         wake_.signal();
         thread_.join();
-        close_link();
     }
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
@@ -116,6 +90,7 @@ class Bus::Impl {
     BusOptions options_;
     EventFd wake_, done_;
     std::atomic<bool> connected_{false};
+    std::atomic<std::uint64_t> link_number_{0};
     std::string connect_error_;
     mutable std::mutex stats_mutex_;
     LinkStats stats_;
@@ -145,7 +120,7 @@ class Bus::Impl {
             if (!job.pending || quit_) continue;
             if (job.connect) {
                 open_link();
-                ++links_opened_;
+                stop_matters_ = true;
             } else {
                 run_batch(job.batch, job.timeout_ms);
             }
@@ -165,7 +140,7 @@ class Bus::Impl {
     }
 
     void execute(Transaction& transaction, double timeout_ms) {
-        if (context_ == nullptr) {
+        if (!link_.is_open()) {
             transaction.outcome = Outcome::closed;
             return;
         }
@@ -183,19 +158,7 @@ class Bus::Impl {
         const std::size_t size = encode_request(transaction, id, options_.unit, frame);
         const std::span<const std::uint8_t> bytes(frame.data(), size);
         trace('>', bytes);
-        std::size_t sent = 0;
-        const auto deadline = SteadyClock::now() + duration_of(longest_send_ms);
-        while (sent < size) {
-            const auto n = ::send(modbus_get_socket(context_), frame.data() + sent, size - sent, MSG_NOSIGNAL);
-            if (n > 0) {
-                sent += static_cast<std::size_t>(n);
-            } else if (errno == EAGAIN && SteadyClock::now() < deadline) {
-                pollfd wait{modbus_get_socket(context_), POLLOUT, 0};
-                ::poll(&wait, 1, 10);
-            } else if (errno != EINTR) {
-                return Outcome::closed;
-            }
-        }
+        if (!link_.send(bytes)) return Outcome::closed;
         const std::lock_guard lock(stats_mutex_);
         stats_.bytes_sent += size;
         return Outcome::ok;
@@ -204,14 +167,13 @@ class Bus::Impl {
     /// Waits for the reply with this id; serves a stop meanwhile. Replies to requests given up earlier are counted and
     /// dropped.
     void await_reply(Transaction& transaction, std::uint16_t id, SteadyClock::time_point deadline) {
-        std::array<std::uint8_t, max_frame> frame;
         for (;;) {
             const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - SteadyClock::now());
             if (left.count() <= 0) {
                 transaction.outcome = Outcome::timeout;
                 return;
             }
-            std::array<pollfd, 2> wait{{{modbus_get_socket(context_), POLLIN, 0}, {wake_.fd(), POLLIN, 0}}};
+            std::array<pollfd, 2> wait{{{link_.fd(), POLLIN, 0}, {wake_.fd(), POLLIN, 0}}};
             ::poll(wait.data(), wait.size(), static_cast<int>(left.count()));
             if (wait[1].revents != 0) {
                 wake_.clear();
@@ -222,13 +184,12 @@ class Bus::Impl {
                 if (stop_wanted_ != 0) send_stop();
             }
             if (wait[0].revents == 0) continue;
-            const int size = modbus_receive_confirmation(context_, frame.data());
-            if (size <= 0) {
+            const auto frame = link_.receive();
+            if (frame.empty()) {
                 transaction.outcome = Outcome::closed;
                 return;
             }
-            const std::span<const std::uint8_t> bytes(frame.data(), static_cast<std::size_t>(size));
-            if (take_frame(bytes, transaction, id)) return;
+            if (take_frame(frame, transaction, id)) return;
         }
     }
 
@@ -260,31 +221,32 @@ class Bus::Impl {
     // ---- stop -------------------------------------------------------------------------------------------------------
     /// Puts the stop on the wire without waiting for anything else that is under way.
     void send_stop() {
-        stop_owed_ = std::max(stop_owed_, stop_wanted_.exchange(0));
-        const std::int64_t requested = stop_requested_ns_.exchange(0);
+        take_stop();
         stop_id_ = ++last_id_;
         stop_sent_ = send(stop_transaction(), stop_id_) == Outcome::ok;
         if (!stop_sent_) return;
+        const std::int64_t requested = stop_requested_ns_.exchange(0);
         const std::lock_guard lock(stats_mutex_);
         ++stats_.stops;
         if (requested != 0) stats_.last_stop_us = static_cast<double>(now_ns() - requested) * 1e-3;
     }
 
+    void take_stop() { stop_owed_ = std::max(stop_owed_, stop_wanted_.exchange(0)); }
+
     /// Sends a stop that is wanted and sees to it that it is answered: over a fresh link if the present one does not
-    /// carry it.
+    /// carry it. Twice is enough: a controller that cannot be reached stops by its watchdog.
     void serve_stop() {
-        if (links_opened_ == 0) return;
-        for (int attempt = 0; attempt < 2 && (stop_wanted_ != 0 || stop_owed_ != 0) && !quit_; ++attempt) {
-            if (context_ == nullptr) open_link();
-            if (context_ == nullptr) break;
+        for (int attempt = 0; stop_matters_ && !quit_ && (stop_wanted_ != 0 || stop_owed_ != 0); ++attempt) {
+            if (!link_.is_open()) open_link();
+            if (!link_.is_open() || attempt == 2) {
+                take_stop();
+                stop_owed_ = 0;  // one that is asked for from here on is tried anew
+                return;
+            }
             if (stop_wanted_ != 0 || !stop_sent_) send_stop();
             if (stop_sent_) await_stop();
-            if (stop_owed_ != 0) close_link();
+            if (stop_owed_ != 0 && stop_wanted_ == 0) close_link();
         }
-        // Twice is enough: a controller that cannot be reached stops by its watchdog.
-        stop_owed_ = 0;
-        stop_wanted_ = 0;
-        stop_sent_ = false;
     }
 
     void await_stop() {
@@ -309,53 +271,15 @@ class Bus::Impl {
     // ---- the link ---------------------------------------------------------------------------------------------------
     void open_link() {
         close_link();
-        connect_error_.clear();
-        const std::string port = std::to_string(options_.port);
-        const std::string where = options_.host + ":" + port;
-        if (!descriptors_left(wake_.fd())) {
-            connect_error_ = "cannot connect to " + where + ": this process has too many files open";
-            return;
-        }
-        context_ = modbus_new_tcp_pi(options_.host.c_str(), port.c_str());
-        if (context_ == nullptr) {
-            connect_error_ = "cannot connect to " + where + ": " + modbus_strerror(errno);
-            return;
-        }
-        set_timeout(context_, options_.connect_timeout_ms);
-        if (modbus_connect(context_) != 0) {
-            connect_error_ = connect_failure(where, errno);
-            close_link();
-            return;
-        }
-        const int fd = modbus_get_socket(context_);
-        const int on = 1;
-        ::setsockopt(fd, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-        modbus_set_byte_timeout(context_, 0, byte_timeout_us);
-        connected_ = true;
-    }
-
-    /// libmodbus reports an unknown name as a refused connection: ask again to tell them apart.
-    std::string connect_failure(const std::string& where, int error) const {
-        addrinfo* found = nullptr;
-        addrinfo hints{};
-        hints.ai_socktype = SOCK_STREAM;
-        const int resolved = ::getaddrinfo(options_.host.c_str(), nullptr, &hints, &found);
-        if (found != nullptr) ::freeaddrinfo(found);
-        if (resolved != 0) return "cannot connect to " + where + ": " + ::gai_strerror(resolved);
-        if (error == ETIMEDOUT || error == EINPROGRESS) {
-            return "cannot connect to " + where + ": no answer within " +
-                   std::to_string(static_cast<int>(options_.connect_timeout_ms)) + " ms";
-        }
-        return "cannot connect to " + where + ": " + std::strerror(error);
+        connect_error_ = link_.open(options_.connect_timeout_ms);
+        connected_ = link_.is_open();
+        if (link_.is_open()) ++link_number_;
     }
 
     void close_link() {
         connected_ = false;
         stop_sent_ = false;
-        if (context_ == nullptr) return;
-        modbus_close(context_);
-        modbus_free(context_);
-        context_ = nullptr;
+        link_.close();
     }
 
     void record(Outcome outcome, double us) {
@@ -391,9 +315,9 @@ class Bus::Impl {
         if (trace_) trace_(line);
     }
 
-    modbus_t* context_ = nullptr;  // null: no link
+    TcpLink link_;
     std::uint16_t last_id_ = 0;
-    std::uint64_t links_opened_ = 0;  // jobs, not stops: before the first one there is nobody to stop
+    bool stop_matters_ = false;  // before the first connect there is nobody to stop
     std::atomic<bool> quit_{false};
     std::mutex job_mutex_;
     Job job_;
@@ -419,6 +343,9 @@ int Bus::done_fd() const noexcept {
 }
 bool Bus::connected() const noexcept {
     return impl_->connected_;
+}
+std::uint64_t Bus::link_number() const noexcept {
+    return impl_->link_number_;
 }
 const std::string& Bus::connect_error() const noexcept {
     return impl_->connect_error_;

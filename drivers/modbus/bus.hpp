@@ -23,7 +23,7 @@ struct BusOptions {
     double stop_timeout_ms = 500.0;  ///< for the reply to a stop
 };
 
-/// The wire to one controller: a blocking thread of its own around one libmodbus context (the only user of libmodbus).
+/// The wire to one controller: a blocking thread of its own around one libmodbus context.
 /// One job at a time, from one thread: connect() or run(), then done_fd() becomes readable, then the results may be
 /// read. Does not retry and does not reconnect by itself, except to bring a stop to the wire. stop(), stats() and
 /// set_trace() may be called from any thread at any time; a stop overtakes the transaction in flight.
@@ -45,6 +45,8 @@ class Bus {
     int done_fd() const noexcept;
 
     bool connected() const noexcept;
+    /// Counts the connections made, those for a stop included.
+    std::uint64_t link_number() const noexcept;
     /// Why the last connect failed; empty when it did not. Valid after its job is done.
     const std::string& connect_error() const noexcept;
 

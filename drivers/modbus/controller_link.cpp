@@ -81,6 +81,7 @@ asio::awaitable<core::Result<Capabilities>> ControllerLink::open() {
     if (bus_.connected()) found = co_await read_identity();
     if (found) {
         opened_ = true;
+        link_number_ = bus_.link_number();
         boot_id_ = found->boot_id;
         // Two replies may get lost and the link be renewed before the controller's watchdog stops the machine.
         timeout_ms_ =
@@ -117,13 +118,12 @@ asio::awaitable<core::Result<Capabilities>> ControllerLink::read_identity() {
     co_return found;
 }
 
-asio::awaitable<core::Status> ControllerLink::reopen() {
-    bus_.connect();
-    co_await job_done();
-    if (!bus_.connected()) co_return core::fail(core::ErrorCode::transport_connect, bus_.connect_error());
+/// After a broken link, or one that the bus renewed to bring a stop through: the same controller must answer.
+asio::awaitable<core::Status> ControllerLink::verify() {
     bus_.count([](LinkStats& stats) { ++stats.reconnects; });
     const auto found = co_await read_identity();
     if (!found) co_return tl::unexpected(found.error());
+    link_number_ = bus_.link_number();
     if (found->boot_id == boot_id_) co_return core::Status{};
     opened_ = false;
     co_return core::fail(core::ErrorCode::machine_fault, "the controller at " + where_ + " was restarted (boot id " +
@@ -135,8 +135,13 @@ asio::awaitable<core::Status> ControllerLink::reopen() {
 asio::awaitable<core::Status> ControllerLink::attempt() {
     if (!bus_.connected() || timeouts_in_row_ >= 2) {
         timeouts_in_row_ = 0;
-        auto reopened = co_await reopen();
-        if (!reopened) co_return reopened;
+        bus_.connect();
+        co_await job_done();
+        if (!bus_.connected()) co_return core::fail(core::ErrorCode::transport_connect, bus_.connect_error());
+    }
+    if (bus_.link_number() != link_number_) {
+        const auto verified = co_await verify();
+        if (!verified) co_return verified;
     }
     for (Transaction* transaction : open_) {
         // Repeated or not, each exchange must look alive to the controller.

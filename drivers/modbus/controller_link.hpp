@@ -43,7 +43,7 @@ class ControllerLink {
     boost::asio::awaitable<void> acquire();
     void release();
     boost::asio::awaitable<void> job_done();
-    boost::asio::awaitable<core::Status> reopen();
+    boost::asio::awaitable<core::Status> verify();
     boost::asio::awaitable<core::Status> attempt();
     boost::asio::awaitable<core::Result<Capabilities>> read_identity();
     core::Status judge();
@@ -60,6 +60,7 @@ class ControllerLink {
     bool taken_ = false;
     bool opened_ = false;
     std::uint32_t boot_id_ = 0;
+    std::uint64_t link_number_ = 0;  // of the link whose identity was read
     int timeouts_in_row_ = 0;
     std::uint16_t watchdog_ = 0;
     double last_answer_ms_ = 0.0;

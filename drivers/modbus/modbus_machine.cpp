@@ -323,6 +323,10 @@ asio::awaitable<core::Status> ModbusMachine::clear_fault(bool emergency_released
 }
 
 core::Result<std::unique_ptr<Machine>> make_modbus_machine(const LinkSettings& settings, const DriverContext& context) {
+    if (settings.endpoint.port == 0) {
+        return core::fail(core::ErrorCode::usage, "endpoint \"" + settings.endpoint.text() +
+                                                      "\": port 0 is for listeners; name the controller's port");
+    }
     RegisterMap map;
     if (!settings.map_file.empty()) {
         auto loaded = RegisterMap::load(settings.map_file);

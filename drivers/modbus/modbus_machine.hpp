@@ -9,7 +9,7 @@
 namespace cmm::drivers::modbus {
 
 /// Makes a machine behind `modbus+tcp://` (docs/protocol-modbus.md) without connecting.
-/// Errors: those of the register map file.
+/// Errors: usage (port 0), those of the register map file.
 core::Result<std::unique_ptr<Machine>> make_modbus_machine(const LinkSettings& settings, const DriverContext& context);
 
 }  // namespace cmm::drivers::modbus

@@ -47,6 +47,16 @@ TEST(Registry, AnUnknownSchemeListsWhatThereIs) {
     EXPECT_NE(made.error().message.find("did you mean \"modbus+tcp\""), std::string::npos) << made.error().message;
 }
 
+TEST(Registry, PortZeroIsForListenersOnly) {
+    boost::asio::io_context io;
+    const core::SystemClock clock;
+    const auto settings = link_settings_from("modbus+tcp://h:0");
+    ASSERT_TRUE(settings);
+    const auto made = standard_registry().make(*settings, {io.get_executor(), clock, 1});
+    ASSERT_FALSE(made);
+    EXPECT_EQ(made.error().code, core::ErrorCode::usage);
+}
+
 TEST(Registry, AddedDriversAreServed) {
     Registry registry;
     bool asked = false;
@@ -81,7 +91,7 @@ TEST(MachineFile, ErrorsNameThePlace) {
     EXPECT_NE(without_url.error().message.find("link.url is missing"), std::string::npos)
         << without_url.error().message;
 
-    const TemporaryFile bad("bad-url.toml", "[link]\nurl = \"modbus+tcp://h:0\"\n");
+    const TemporaryFile bad("bad-url.toml", "[link]\nurl = \"modbus+tcp://h:70000\"\n");
     const auto bad_url = load_link_settings(bad.path());
     ASSERT_FALSE(bad_url);
     EXPECT_NE(bad_url.error().message.find(bad.path() + ":2"), std::string::npos) << bad_url.error().message;

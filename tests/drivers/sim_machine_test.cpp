@@ -211,7 +211,7 @@ TEST_F(SimMachine, AStopDuringAScanBrakesAndKeepsTheSamples) {
 }
 
 TEST_F(SimMachine, AHostThatFallsSilentIsStoppedByTheWatchdogAndResumed) {
-    bring_up(10.0);   // the watchdog counts wall time all the same
+    bring_up(10.0);  // the watchdog counts wall time all the same
     const auto points = test::circle_path(centre_radius_mm, 20.0, 4000, 2.0);
     PointList source(points);
     RecordingSink sink;
