@@ -10,12 +10,13 @@
 
 namespace cmm::acquisition {
 
-/// The nominal part contour in one plane, closed, counter-clockwise, dense enough for a periodic cubic spline to be true
-/// to a fraction of a micrometre where the source is smooth. Part frame, mm.
+/// The nominal part contour in one plane, closed, counter-clockwise, dense enough for a periodic cubic spline to be
+/// true to a fraction of a micrometre where the source is smooth. Part frame, mm.
 struct NominalContour {
     double z_mm = 0.0;
     std::vector<Eigen::Vector2d> points;
-    double lean_rad = 0.0;   ///< largest angle of the surface to the section plane's normal direction in this plane (A22)
+    double lean_rad =
+        0.0;  ///< largest angle of the surface to the section plane's normal direction in this plane (A22)
 };
 
 /// The nominal of a part: cut at any height. Immutable, thread-safe. Made by `load_nominal` from sections (lofted),

@@ -215,7 +215,8 @@ core::Result<PartFile> parse_part_file(std::string_view text, const std::string&
 core::Result<GateSpec> load_gate_file(const std::string& path) {
     const auto root = ConfigTable::load(path);
     if (!root) return tl::unexpected(root.error());
-    for (const char* other : {"part", "nominal", "stylus", "scan", "actual"}) root->ignore(other);
+    for (const char* other : {"part", "nominal", "stylus", "scan", "actual"})
+        root->ignore(other);
     if (!root->has("gate")) root->complain("gate", "is missing: a table with profile_mm, edge_profile_mm");
     const auto gate = read_gate(root->table("gate"));
     if (auto status = root->finish(); !status) return tl::unexpected(status.error());

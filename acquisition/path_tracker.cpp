@@ -133,48 +133,52 @@ void PathTracker::restart(std::vector<Vector2d> points, const Vector2d& heading)
     advance(good_.back(), heading);
 }
 
-/// Heading and position from the last points whatever they are: the parabola with the least median residual.
-void PathTracker::reacquire() {
-    const std::size_t count = ready_ ? std::min(raw_.size(), window_points) : raw_.size();
-    const std::vector<Vector2d> window(raw_.end() - static_cast<std::ptrdiff_t>(count), raw_.end());
-    const auto residuals = [&](const Parabola& parabola) {
-        std::vector<double> off;
-        for (const auto& p : window) {
-            const Vector2d q = parabola.local(p);
-            off.push_back(std::abs(q.y() - parabola.at(q.x())));
-        }
-        return off;
-    };
-    Parabola best{window.back(), tangent_, Vector3d::Zero()};
+std::vector<double> PathTracker::residuals(const Parabola& parabola, const std::vector<Vector2d>& points) {
+    std::vector<double> off;
+    for (const auto& p : points) {
+        const Vector2d q = parabola.local(p);
+        off.push_back(std::abs(q.y() - parabola.at(q.x())));
+    }
+    return off;
+}
+
+/// The points that agree with the parabola through three of them whose median residual is the least (Rousseeuw 1984).
+std::vector<Vector2d> PathTracker::most_agreed(const std::vector<Vector2d>& points) const {
+    const std::size_t count = points.size();
+    std::vector<double> best;
     double best_median = std::numeric_limits<double>::max();
     for (std::size_t i = 0; i < count; ++i) {
         for (std::size_t j = i + 1; j < count; ++j) {
             for (std::size_t k = j + 1; k < count; ++k) {
-                const auto trial = fit({{window[i], 1.0}, {window[j], 1.0}, {window[k], 1.0}}, window.back(), tangent_);
-                auto off = residuals(trial);
-                std::nth_element(off.begin(), off.begin() + static_cast<std::ptrdiff_t>(count / 2), off.end());
-                if (off[count / 2] >= best_median) continue;
-                best_median = off[count / 2];
-                best = trial;
+                const auto trial = fit({{points[i], 1.0}, {points[j], 1.0}, {points[k], 1.0}}, points.back(), tangent_);
+                const auto off = residuals(trial, points);
+                auto sorted = off;
+                std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(count / 2), sorted.end());
+                if (sorted[count / 2] >= best_median) continue;
+                best_median = sorted[count / 2];
+                best = off;
             }
         }
     }
-    const auto off = residuals(best);
-    const double limit = std::max(5.0 * best_median, slack_mm);
-    good_.clear();
-    for (std::size_t i = 0; i < count; ++i) {
-        if (off[i] <= limit) good_.push_back(window[i]);
+    std::vector<Vector2d> agreed;
+    for (std::size_t i = 0; i < best.size(); ++i) {
+        if (best[i] <= std::max(5.0 * best_median, slack_mm)) agreed.push_back(points[i]);
     }
+    return agreed;
+}
+
+/// Heading and position anew from the last points, whatever they are.
+void PathTracker::reacquire() {
+    const std::size_t count = ready_ ? std::min(raw_.size(), window_points) : raw_.size();
+    good_ = most_agreed({raw_.end() - static_cast<std::ptrdiff_t>(count), raw_.end()});
     std::vector<Weighted> weighted;
     for (const auto& p : good_)
         weighted.push_back({p, 1.0});
     const auto parabola = fit(weighted, good_.back(), tangent_);
     if (!ready_) {
-        const double x = parabola.local(window.front()).x();
-        start_ = parabola.point(x);
-        start_tangent_ = parabola.tangent(x);
-        tangent_ = start_tangent_;
-        position_ = start_;
+        const double x = parabola.local(raw_.front()).x();
+        start_ = position_ = parabola.point(x);
+        start_tangent_ = tangent_ = parabola.tangent(x);
         ready_ = true;
     }
     rejected_ = 0;

@@ -55,6 +55,8 @@ class PathTracker {
     static Parabola fit(const std::vector<Weighted>& points, const Eigen::Vector2d& origin,
                         const Eigen::Vector2d& along);
 
+    static std::vector<double> residuals(const Parabola& parabola, const std::vector<Eigen::Vector2d>& points);
+    std::vector<Eigen::Vector2d> most_agreed(const std::vector<Eigen::Vector2d>& points) const;
     bool plausible(const Eigen::Vector2d& centre) const;
     void reacquire();
     void update();

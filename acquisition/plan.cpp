@@ -89,6 +89,18 @@ void plan_travel(Plan& plan) {
     plan.duration_s += travel / plan.travel_speed_mm_s;
 }
 
+/// One cut a height; none without a nominal.
+core::Result<std::vector<NominalContour>> cut_at_heights(const PartFile& part, const Nominal* nominal) {
+    std::vector<NominalContour> cuts;
+    for (const double z : part.scan.heights_mm) {
+        if (nominal == nullptr) break;
+        auto cut = nominal->cut(z);
+        if (!cut) return tl::unexpected(std::move(cut.error()));
+        cuts.push_back(std::move(*cut));
+    }
+    return cuts;
+}
+
 }  // namespace
 
 Vector3d above(const drivers::PathPoint& point, double distance_mm) {
@@ -101,8 +113,9 @@ std::vector<Vector3d> travel_route(const Plan& plan, const Vector3d& from, const
 
 core::Result<Plan> make_plan(const PartFile& part, const Nominal* nominal, const drivers::Capabilities* capabilities) {
     if (nominal == nullptr && !part.scan.box_mm) {
-        return core::fail(core::ErrorCode::plan_invalid,
-                          part.path + ": without a nominal and without [scan] box_mm the machine's travel must be known (--machine)");
+        return core::fail(
+            core::ErrorCode::plan_invalid,
+            part.path + ": without a nominal and without [scan] box_mm the machine's travel must be known (--machine)");
     }
     Plan plan;
     plan.part_name = part.name;
@@ -113,13 +126,9 @@ core::Result<Plan> make_plan(const PartFile& part, const Nominal* nominal, const
     const double largest =
         known ? std::min(part.scan.max_speed_mm_s, capabilities->max_speed_mm_s) : part.scan.max_speed_mm_s;
     plan.approach_speed_mm_s = std::min(largest, 10.0);
-    std::vector<NominalContour> cuts;
-    for (const double z : part.scan.heights_mm) {
-        if (nominal == nullptr) break;
-        auto cut = nominal->cut(z);
-        if (!cut) return tl::unexpected(std::move(cut.error()));
-        cuts.push_back(std::move(*cut));
-    }
+    const auto cut = cut_at_heights(part, nominal);
+    if (!cut) return tl::unexpected(cut.error());
+    const auto& cuts = *cut;
     plan.clearance = make_clearance(part, nominal, cuts);
     for (std::size_t k = 0; k < part.scan.heights_mm.size(); ++k) {
         PlannedPath path;

@@ -97,8 +97,6 @@ TEST(PartFile, SaysWhereAndWhatIsWrong) {
     EXPECT_NE(error_of(replaced(none_part, "name = \"u\"\n", "")).find("part.name is missing"), std::string::npos);
     EXPECT_NE(error_of(replaced(none_part, "kind = \"none\"", "kind = \"cad\"")).find("not \"cad\""),
               std::string::npos);
-    EXPECT_NE(error_of(replaced(none_part, "box_mm = [-10, -5, 10, 5]", "")).find("scan.box_mm is missing"),
-              std::string::npos);
     EXPECT_NE(error_of(replaced(none_part, "-10, -5, 10, 5", "-10, 5, 10, 5")).find("y0 < y1"), std::string::npos);
     EXPECT_NE(error_of(replaced(none_part, "kind = \"none\"", "kind = \"parametric\""))
                   .find("nominal.blade.chord_root_mm is missing"),

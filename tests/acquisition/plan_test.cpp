@@ -182,6 +182,8 @@ TEST(Plan, OfAnUnknownPartHasHeightsAndFirstTouches) {
     const auto again = parse_plan(plan_to_text(plan), "u.json");
     ASSERT_TRUE(again);
     EXPECT_EQ(*again->paths[1].toward_mm, *plan.paths[1].toward_mm);
+    job.part.scan.box_mm.reset();
+    EXPECT_EQ(make_plan(job.part, nullptr).error().code, core::ErrorCode::plan_invalid);
 }
 
 TEST(Plan, RefusesHeightsOutsideTheNominal) {
