@@ -12,7 +12,7 @@
 namespace cmm::drivers::modbus {
 
 /// One Modbus TCP connection through libmodbus (the only file that includes it): connecting, cutting the byte stream
-/// into frames, closing. Works around what libmodbus 3.1.6 does wrong for a client (docs/adr). One thread.
+/// into frames, closing. One thread.
 class TcpLink {
   public:
     TcpLink(std::string host, std::uint16_t port);

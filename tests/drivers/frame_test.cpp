@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/modbus/frame.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace cmm::drivers::modbus {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+using Outcome = Transaction::Outcome;
+
+Bytes encoded(const Transaction& request) {
+    std::array<std::uint8_t, max_frame> frame{};
+    const std::size_t size = encode_request(request, 0x1501, 0xFF, frame);
+    return {frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(size)};
+}
+
+Transaction read_of(std::uint16_t address, std::uint16_t count) {
+    Transaction request;
+    request.read_address = address;
+    request.read_count = count;
+    return request;
+}
+
+// The examples of the Modbus application protocol, V1.1b3, 6.3, 6.6, 6.12 and 6.17, behind a TCP header.
+TEST(Frame, RequestsOfTheSpecification) {
+    EXPECT_EQ(encoded(read_of(0x6B, 3)), (Bytes{0x15, 0x01, 0, 0, 0, 6, 0xFF, 3, 0, 0x6B, 0, 3}));
+
+    Transaction single;
+    single.kind = Transaction::Kind::write_single;
+    single.write_address = 1;
+    single.write_count = 1;
+    single.written[0] = 3;
+    EXPECT_EQ(encoded(single), (Bytes{0x15, 0x01, 0, 0, 0, 6, 0xFF, 6, 0, 1, 0, 3}));
+
+    Transaction several;
+    several.kind = Transaction::Kind::write;
+    several.write_address = 1;
+    several.write_count = 2;
+    several.written = {0x000A, 0x0102};
+    EXPECT_EQ(encoded(several), (Bytes{0x15, 0x01, 0, 0, 0, 11, 0xFF, 0x10, 0, 1, 0, 2, 4, 0, 0x0A, 1, 2}));
+
+    Transaction both = read_of(3, 6);
+    both.kind = Transaction::Kind::exchange;
+    both.write_address = 0x0E;
+    both.write_count = 3;
+    both.written = {0xFF, 0xFF, 0xFF};
+    EXPECT_EQ(encoded(both),
+              (Bytes{0x15, 0x01, 0, 0, 0, 17, 0xFF, 0x17, 0, 3, 0, 6, 0, 0x0E, 0, 3, 6, 0, 0xFF, 0, 0xFF, 0, 0xFF}));
+}
+
+TEST(Frame, RepliesAreTakenOrJudged) {
+    Transaction request = read_of(0x6B, 3);
+    const Bytes good{0x15, 0x01, 0, 0, 0, 9, 0xFF, 3, 6, 0x02, 0x2B, 0, 0, 0, 0x64};
+    ASSERT_TRUE(header_fits(good));
+    EXPECT_EQ(id_of(good), 0x1501);
+    take_reply(good, request);
+    EXPECT_EQ(request.outcome, Outcome::ok);
+    EXPECT_EQ(request.read[0], 0x022B);
+    EXPECT_EQ(request.read[2], 0x64);
+
+    take_reply(Bytes{0x15, 0x01, 0, 0, 0, 3, 0xFF, 0x83, 2}, request);
+    EXPECT_EQ(request.outcome, Outcome::exception);
+    EXPECT_EQ(request.exception, 2);
+
+    // Another count, another function, another echo.
+    take_reply(Bytes{0x15, 0x01, 0, 0, 0, 7, 0xFF, 3, 4, 0, 1, 0, 2}, request);
+    EXPECT_EQ(request.outcome, Outcome::invalid);
+    take_reply(Bytes{0x15, 0x01, 0, 0, 0, 9, 0xFF, 4, 6, 0, 1, 0, 2, 0, 3}, request);
+    EXPECT_EQ(request.outcome, Outcome::invalid);
+
+    Transaction write;
+    write.kind = Transaction::Kind::write;
+    write.write_address = 256;
+    write.write_count = 7;
+    take_reply(Bytes{0, 0, 0, 0, 0, 6, 1, 16, 1, 0, 0, 7}, write);
+    EXPECT_EQ(write.outcome, Outcome::ok);
+    take_reply(Bytes{0, 0, 0, 0, 0, 6, 1, 16, 1, 0, 0, 8}, write);
+    EXPECT_EQ(write.outcome, Outcome::invalid);
+}
+
+TEST(Frame, AHeaderThatDoesNotFitIsOutOfStep) {
+    EXPECT_FALSE(header_fits(Bytes{0, 1, 0, 0, 0, 4, 1, 0x83, 2}));  // says 4, has 3
+    EXPECT_FALSE(header_fits(Bytes{0, 1, 0, 9, 0, 3, 1, 0x83, 2}));  // not protocol 0
+    EXPECT_FALSE(header_fits(Bytes{0, 1, 0, 0, 0, 2, 1, 3}));        // too short
+    EXPECT_TRUE(header_fits(Bytes{0, 1, 0, 0, 0, 3, 1, 0x83, 2}));
+}
+
+}  // namespace
+}  // namespace cmm::drivers::modbus
