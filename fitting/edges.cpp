@@ -46,24 +46,29 @@ struct Window {
     double length = 0.0;
 };
 
-/// The shortest arc that turns by 120 degrees, at least `apart` from `other`.
+/// The shortest arc that turns by 120 degrees, at least `apart` from `other`. The first, coarse pass only finds a
+/// length that bounds the second: texture makes the direction go back and forth, so two running ends would not do.
 std::optional<Window> sharpest(const Track& track, const std::optional<Window>& other) {
     std::optional<Window> best;
     double limit = longest_share * track.perimeter;
-    std::size_t j = track.n;
-    for (std::size_t i = track.n; i < 2 * track.n; ++i) {
-        while (j + 1 < track.s.size() && track.angle[j] - track.angle[i] < edge_turn_rad)
+    const auto try_from = [&](std::size_t i) {
+        std::size_t j = i + 1;
+        while (j + 1 < track.s.size() && track.s[j] - track.s[i] < limit &&
+               track.angle[j] - track.angle[i] < edge_turn_rad)
             ++j;
         const double length = track.s[j] - track.s[i];
-        if (length >= limit) continue;
+        if (length >= limit || track.angle[j] - track.angle[i] < edge_turn_rad) return;
         if (other) {
             const double middle = 0.5 * (track.s[i] + track.s[j]);
             const double theirs = 0.5 * (track.s[other->begin] + track.s[other->end]);
-            if (std::abs(std::remainder(middle - theirs, track.perimeter)) < apart_share * track.perimeter) continue;
+            if (std::abs(std::remainder(middle - theirs, track.perimeter)) < apart_share * track.perimeter) return;
         }
         limit = length;
         best = Window{i, j, length};
-    }
+    };
+    for (const std::size_t stride : {std::size_t{16}, std::size_t{1}})
+        for (std::size_t i = track.n; i < 2 * track.n; i += stride)
+            try_from(i);
     return best;
 }
 

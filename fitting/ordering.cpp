@@ -174,7 +174,7 @@ std::vector<std::size_t> usable_points(std::span<const Vec2> points, std::span<c
             usable.push_back(i);
         }
     }
-    while (usable.size() > 1 && (points[usable.back()] - points[usable.front()]).norm() < least) {
+    while (usable.size() > 1 && (points[usable.back()] - points[usable.front()]).norm() < 1e-6) {
         duplicate[usable.back()] = 1;
         usable.pop_back();
     }

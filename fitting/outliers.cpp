@@ -17,10 +17,11 @@ constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
 constexpr double scatter_factor = 7.0;   // times the robust sigma of the residuals
 constexpr double texture_factor = 1.4;   // local over global scatter from which the local one counts
 constexpr double quadruple_gain = 1.39;  // sigma of a residual / sigma of a point, equal spacing: sqrt(1 + 34/36)
-constexpr int deepest = 4;               // points of one cluster that are removed together
+constexpr int deepest = 6;               // points of one cluster that are removed together
 constexpr double run_cost = 0.8, point_cost = 0.2;  // in units of one residual at its threshold, squared
 constexpr std::size_t longest_run = 4;              // of adjacent bad points: a longer one is a feature of the part
 constexpr std::size_t widest_region = 48;           // bits of the removed-set mask
+constexpr double fine_step_mm = 0.045;              // below, even a jump of 4/mm costs the cubic less than 0.5 um
 constexpr double sparse_step_mm = 0.04;             // from this spacing on all points are one chain
 constexpr std::size_t least_chain = 200;
 constexpr double largest_share = 0.2;  // more bad points than this: the chain is no curve, stop looking
@@ -63,7 +64,13 @@ class Finder {
     }
 
   private:
-    double ratio(std::size_t i) const { return std::abs(residual_[i]) / threshold_[i]; }
+    /// Residual over what is excused, which grows with the gap that removed neighbours leave around the point.
+    double ratio(std::size_t i) const {
+        double excused = threshold_[i];
+        if (jump_[i] > 0.0 && prev_[i] != none && next_[i] != none)
+            excused += jump_[i] * std::max(0.0, (points_[next_[i]] - points_[prev_[i]]).squaredNorm() / gap_[i] - 1.0);
+        return std::abs(residual_[i]) / excused;
+    }
 
     /// The next living point beyond `from` that is not closer to it than `apart`; gives up after four.
     std::size_t beyond(std::size_t from, const std::vector<std::size_t>& step, double apart) const {
@@ -101,6 +108,8 @@ class Finder {
 
     void set_thresholds(double floor) {
         threshold_.assign(n_, floor);
+        jump_.assign(n_, 0.0);
+        gap_.assign(n_, 1.0);
         std::vector<double> magnitude(n_), curvature(n_, 0.0), step(n_, 0.0);
         for (std::size_t i = 0; i < n_; ++i) {
             magnitude[i] = std::abs(residual_[i]);
@@ -125,17 +134,15 @@ class Finder {
     /// What the cubic of a good point's neighbours may miss by sampling alone. On a circle, steps h of angle g leave
     /// h g^3 / 6; where the curvature jumps by d (edge to side) h^2 d / 16. Twice and once that.
     double sampling_error(const std::vector<double>& curvature, const std::vector<double>& step, std::size_t i) {
+        if (step[i] < fine_step_mm) return 0.0;
         const std::ptrdiff_t reach = n_ < 32 ? 3 : 7;
-        const double turn =
-            std::max({std::abs(curvature[i]) * step[i], std::abs(curvature[(i + 1) % n_]) * step[(i + 1) % n_],
-                      std::abs(curvature[(i + n_ - 1) % n_]) * step[(i + n_ - 1) % n_]});
-        // Below what noise feigns, and below what matters, nothing is excused.
-        if (turn < 0.05 + 10.0 * sigma_ / std::max(step[i], 1e-9)) return 0.0;
         // Medians on either side: the point itself and its bad neighbours have no say in what is excused.
         const double h = std::max(quantile(step, i, -reach, -1, 0.5), quantile(step, i, 1, reach, 0.5));
         const double before = quantile(curvature, i, -reach, -1, 0.5), after = quantile(curvature, i, 1, reach, 0.5);
         const double g = std::min(1.5, h * 0.5 * std::abs(before + after));
-        return h * g * g * g / 3.0 + h * h * std::abs(after - before) / 16.0;
+        jump_[i] = h * h * std::abs(after - before) / 16.0;
+        gap_[i] = 4.0 * h * h;
+        return h * g * g * g / 3.0 + jump_[i];
     }
 
     void kill(std::size_t i) {
@@ -217,7 +224,7 @@ class Finder {
             }
             return;
         }
-        if (left == 0 || budget_ == 0) return;
+        if (left == 0 || budget_ == 0 || cost_of(mask) + point_cost >= best_score_) return;
         // The worst residual involves five points; one of them at least is bad.
         const std::size_t p = prev_[worst], q = next_[worst];
         for (const std::size_t i : {worst, p, q, p != none ? prev_[p] : none, q != none ? next_[q] : none}) {
@@ -288,6 +295,7 @@ class Finder {
     std::vector<std::size_t> prev_, next_;  // living neighbours
     std::vector<char> alive_;
     std::vector<double> residual_, threshold_, work_;
+    std::vector<double> jump_, gap_;  // error of the cubic where the curvature jumps, and the squared gap it is for
     std::vector<std::size_t> region_;
     std::vector<std::uint64_t> visited_;
     double best_score_ = 0.0, sigma_ = 0.0;

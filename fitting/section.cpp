@@ -18,10 +18,12 @@ namespace {
 
 using core::ErrorCode;
 
+constexpr double reject_share = 1.5;   // of the threshold: the curve may be off where the sampling is sparse
 constexpr double restore_share = 0.6;  // of the threshold: below it a point that its neighbours accused is good
 constexpr std::size_t stiff_span = 8;  // points a knot interval of the first fit: a run of three bad ones stands out
 constexpr std::size_t supple_span = 3;
-constexpr int most_rounds = 4;  // of fit, reject, restore
+constexpr double clear_share = 2.0;  // of the threshold: above it the good neighbours' word stands
+constexpr int most_rounds = 5;       // of fit, reject, restore
 constexpr double most_bad_share = 0.2;
 
 /// The lap with its fit and everything derived from it on the way to the SectionFit.
@@ -68,7 +70,7 @@ class SectionFitter {
             return core::fail(ErrorCode::fit_not_evaluable,
                               "section: too many points disagree with their neighbours (" +
                                   std::to_string(found.count) + " of " + std::to_string(points_.size()) + ")");
-        residual_ = std::move(found.residual);
+        residual_ = found.residual;
         reason_.assign(points_.size(), RejectReason::none);
         for (std::size_t k = 0; k < points_.size(); ++k)
             if (found.bad[k]) reason_[k] = RejectReason::spline_residual;
@@ -77,7 +79,7 @@ class SectionFitter {
             auto smooth = smooth_closed(good_, found.sigma_mm, round == 0 ? stiff_span : supple_span);
             if (!smooth) return tl::unexpected(smooth.error());
             smooth_ = std::move(*smooth);
-            if (!revise_verdicts(found.threshold_mm) && round > 0) break;
+            if (!revise_verdicts(found, round) && round > 0) break;
         }
         estimate_noise();
         return check_turning();
@@ -91,7 +93,8 @@ class SectionFitter {
 
     /// Checks every point against the fitted curve (A9): runs that the neighbours excused are rejected, good points
     /// that bad neighbours accused come back. False when nothing changed.
-    bool revise_verdicts(const std::vector<double>& threshold) {
+    bool revise_verdicts(const BadPoints& found, int round) {
+        const std::vector<double>& threshold = found.threshold_mm;
         bool changed = false;
         std::size_t good = 0;
         double near = smooth_.parameter.back();
@@ -99,14 +102,16 @@ class SectionFitter {
             if (reason_[k] == RejectReason::none) {
                 near = smooth_.parameter[good];
                 residual_[k] = smooth_.residual[good];
-                const bool far_off = std::abs(residual_[k]) > threshold[k];
+                const bool far_off = std::abs(residual_[k]) > reject_share * threshold[k];
                 if (const std::size_t at = good++; !far_off || std::abs(residual_[k]) <= 4.0 * misfit_near(at))
                     continue;
                 reason_[k] = RejectReason::fit_residual;
                 changed = true;
             } else {
                 residual_[k] = distance_near(points_[k], near);
-                if (std::abs(residual_[k]) > restore_share * threshold[k]) continue;
+                // The stiff first curve is no witness for the accused, nor is any curve against clear neighbours.
+                const bool clear = std::abs(found.residual[k]) > clear_share * threshold[k];
+                if (round == 0 || clear || std::abs(residual_[k]) > restore_share * threshold[k]) continue;
                 reason_[k] = RejectReason::none;
                 changed = true;
             }
