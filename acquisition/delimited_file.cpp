@@ -41,7 +41,7 @@ std::string header_name(std::string_view text) {
 }
 
 char separator_of(std::string_view line) {
-    for (const char candidate : {';', '\t', ','}) {
+    for (const char candidate : {';', ','}) {
         if (line.find(candidate) != std::string_view::npos) return candidate;
     }
     return ' ';

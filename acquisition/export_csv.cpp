@@ -39,8 +39,10 @@ void append(std::string& out, const Eigen::Vector3d& p) {
 std::string sections_csv(const PartResult& part) {
     const auto names = characteristic_names(part);
     std::string out = "index,z_mm,points,rejected,closed";
-    for (const auto& name : names)
-        out += ',' + name + "_mm," + name + "_u95_mm," + name + "_decision";
+    for (const auto& name : names) {
+        for (const auto* suffix : {"_mm", "_u95_mm", "_decision"})
+            out.append(",").append(name).append(suffix);
+    }
     out += '\n';
     for (const auto& section : part.sections) {
         out += std::to_string(section.index) + ',' + mm(section.z_mm) + ',' + std::to_string(section.points.size()) +
@@ -68,6 +70,18 @@ std::string section_csv(const SectionResult& section) {
                ",0," + std::string(fitting::to_string(point.zone)) + ',';
         if (i < section.deviation_mm.size()) out += mm(section.deviation_mm[i]);
         out += ',' + mm(point.u95_mm) + '\n';
+    }
+    return out;
+}
+
+std::string points_csv(const PartResult& part) {
+    std::string out = "section,seq,x_mm,y_mm,z_mm,flag\n";
+    for (const auto& section : part.sections) {
+        for (const auto& point : section.points) {
+            out += std::to_string(section.index) + ',' + std::to_string(point.sequence) + ',';
+            append(out, point.centre_mm);
+            out += ',' + std::to_string(point.flags) + '\n';
+        }
     }
     return out;
 }

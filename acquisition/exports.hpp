@@ -14,6 +14,8 @@ namespace cmm::acquisition {
 std::string sections_csv(const PartResult& part);
 /// The part contour: closed (last row joins the first), counter-clockwise seen from +Z. Empty without a closed fit.
 std::string section_csv(const SectionResult& section);
+/// Every recorded point of every section, used or not, in the form that `cmmlive fit` reads.
+std::string points_csv(const PartResult& part);
 /// Every point that was not used, with its reason.
 std::string rejected_csv(const PartResult& part);
 /// result.json

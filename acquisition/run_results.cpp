@@ -2,6 +2,7 @@
 #include "acquisition/run_results.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <utility>
 
@@ -27,6 +28,15 @@ double height_of(const RecordedSection& section, const PartFile& part) {
     for (const auto& point : section.points)
         sum += point.centre_mm.z();
     return section.points.empty() ? 0.0 : sum / static_cast<double>(section.points.size());
+}
+
+/// Points scatter in z with the probe's noise: a section that lies on a height of the plan is at that height.
+double planned_height(double z_mm, const std::vector<double>& heights_mm) {
+    constexpr double scatter_mm = 0.02;
+    for (const double height : heights_mm) {
+        if (std::abs(height - z_mm) <= scatter_mm) return height;
+    }
+    return z_mm;
 }
 
 }  // namespace
@@ -117,7 +127,7 @@ core::Result<PartResult> results_of_points(const std::vector<PointSection>& sect
     std::uint64_t sequence = 0;
     SectionJudge judge;
     for (std::size_t i = 0; i < sections.size(); ++i) {
-        auto setup = make_section_setup(used, nominal->get(), i, sections[i].z_mm());
+        auto setup = make_section_setup(used, nominal->get(), i, planned_height(sections[i].z_mm(), used.scan.heights_mm));
         if (!setup) return tl::unexpected(setup.error());
         setup->name = sections[i].name;
         std::vector<RecordedPoint> points;

@@ -30,12 +30,12 @@ TEST_P(BadPoints, FitSaysWhatAndWhere) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Files, BadPoints,
-                         testing::Values(BadCase{"MissingColumn", "p.csv", "x,y\n1,2\n3,4\n5,6\n", "p.csv:1"},
+                         testing::Values(BadCase{"MissingColumn", "p.csv", "x,y\n1,2\n3,4\n5,6\n", "p.csv: no column z"},
                                          BadCase{"NotANumber", "p.csv", "x,y,z\n0,0,0\n1,abc,0\n2,0,0\n", "p.csv:3:3"},
                                          BadCase{"Nan", "p.csv", "x,y,z\n0,0,0\n1,0,0\nnan,0,0\n", "p.csv:4:1"},
                                          BadCase{"TwoPoints", "p.csv", "x,y,z\n0,0,0\n1,0,0\n", "p.csv"},
                                          BadCase{"Empty", "p.csv", "", "p.csv"}),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST(BadInput, AnOpenScanIsShownAsOpenAndNotEvaluable) {
     const TemporaryFolder folder;

@@ -112,9 +112,9 @@ TEST_P(RealParts, ComeOutTrue) {
     EXPECT_LE(static_cast<double>(counts.good_lost), good_lost_share * static_cast<double>(counts.good));
 }
 
-INSTANTIATE_TEST_SUITE_P(Blades, RealParts, testing::Combine(testing::Range(0, 4), testing::Bool()), [](const auto& info) {
+INSTANTIATE_TEST_SUITE_P(Blades, RealParts, testing::Combine(testing::Range(0, 4), testing::Bool()), [](const auto& tested) {
     const char* names[] = {"EngineBlade", "HannoverRotor1", "HannoverStator1", "Rotor37"};
-    return std::string(names[std::get<0>(info.param)]) + (std::get<1>(info.param) ? "Unknown" : "Nominal");
+    return std::string(names[std::get<0>(tested.param)]) + (std::get<1>(tested.param) ? "Unknown" : "Nominal");
 });
 
 }  // namespace

@@ -74,7 +74,7 @@ TEST_P(Resume, AKilledHostLosesNothingAndDoublesNothing) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Parts, Resume, testing::Values("config/parts/demo.toml", "tests/system/parts/unknown.toml"),
-                         [](const auto& info) { return std::string(info.index == 0 ? "Nominal" : "Unknown"); });
+                         [](const auto& tested) { return std::string(tested.index == 0 ? "Nominal" : "Unknown"); });
 
 TEST(Resume, TheMachineStopsByItsWatchdogWhenTheHostDies) {
     const TemporaryFolder folder;
