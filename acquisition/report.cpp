@@ -154,9 +154,9 @@ std::string summary_table(const PartResult& part) {
     std::string rows;
     for (const auto& section : part.sections) {
         const auto index = std::to_string(section.index);
-        rows += "<tr><td><a href=\"#section-" + index + "\">" + index + "</a></td><td>" + core::fixed(section.z_mm, 3) +
-                "</td><td>" + std::to_string(section.points.size()) + "</td><td>" + std::to_string(section.rejected()) +
-                "</td>";
+        rows.append("<tr><td><a href=\"#section-").append(index).append("\">").append(index);
+        rows += "</a></td><td>" + core::fixed(section.z_mm, 3) + "</td><td>" + std::to_string(section.points.size()) +
+                "</td><td>" + std::to_string(section.rejected()) + "</td>";
         for (const auto& term : terms) {
             if (any_has(part, term.name)) rows += cell(section.find(term.name));
         }

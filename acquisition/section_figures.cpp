@@ -207,6 +207,7 @@ std::vector<Whisker> whiskers(const SectionResult& section, const PlotFrame& fra
 
 std::vector<Vector2d> along_normals(const std::vector<Whisker>& all, const auto& length_px) {
     std::vector<Vector2d> out;
+    out.reserve(all.size());
     for (const auto& w : all)
         out.push_back(w.base_px + length_px(w) * w.out_px);
     return out;

@@ -118,7 +118,8 @@ std::string crosses(std::span<const Vector2d> pixels, double half_px) {
     const auto up = "l" + number(2 * half_px) + " " + number(-2 * half_px);
     std::string data;
     for (const auto& p : pixels) {
-        data += "M" + at(p - Vector2d(half_px, half_px)) + down + "M" + at(p + Vector2d(-half_px, half_px)) + up;
+        data.append("M").append(at(p - Vector2d(half_px, half_px))).append(down);
+        data.append("M").append(at(p + Vector2d(-half_px, half_px))).append(up);
     }
     return data;
 }
