@@ -177,20 +177,39 @@ Sections by_column(const std::vector<ReadPoint>& points) {
 
 /// Runs of constant z; runs at the same height are one section. A curve whose z changes from point to point (a section
 /// on a stream surface) has no such runs and stays whole.
+/// Height of each point as its neighbours have it (median of 7): a bad point on a leaning wall is off in z as well, and
+/// neither it nor a run of three may begin a section. A step stays where it is.
+std::vector<double> heights_of(const std::vector<ReadPoint>& points) {
+    constexpr std::size_t half = 3;
+    std::vector<double> heights;
+    heights.reserve(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const std::size_t low = i - std::min(i, half);
+        const std::size_t high = std::min(points.size(), i + half + 1);
+        std::vector<double> near;
+        for (std::size_t k = low; k < high; ++k)
+            near.push_back(points[k].position_mm.z());
+        const auto middle = near.begin() + static_cast<std::ptrdiff_t>(near.size() / 2);
+        std::nth_element(near.begin(), middle, near.end());
+        heights.push_back(*middle);
+    }
+    return heights;
+}
+
 Sections by_height(const std::vector<ReadPoint>& points, const std::string& path) {
+    const auto heights = heights_of(points);
     std::vector<std::size_t> starts{0};
     for (std::size_t i = 1; i < points.size(); ++i) {
-        const double run_z = points[starts.back()].position_mm.z();
-        if (std::abs(points[i].position_mm.z() - run_z) > z_step_mm) starts.push_back(i);
+        if (std::abs(heights[i] - heights[starts.back()]) > z_step_mm) starts.push_back(i);
     }
     Sections sections;
     const bool has_runs = starts.size() * 4 <= points.size();
     if (!has_runs) starts.resize(1);
     starts.push_back(points.size());
     for (std::size_t run = 0; run + 1 < starts.size(); ++run) {
-        const double z = points[starts[run]].position_mm.z();
+        const double z = heights[starts[run]];
         auto same = std::find_if(sections.begin(), sections.end(), [&](const PointSection& section) {
-            return std::abs(section.points_mm.front().z() - z) <= z_step_mm;
+            return std::abs(section.z_mm() - z) <= z_step_mm;
         });
         if (same == sections.end()) same = sections.insert(sections.end(), {core::fixed(z, 3), {}, {}});
         for (std::size_t i = starts[run]; i < starts[run + 1]; ++i)
