@@ -120,7 +120,7 @@ std::string head(const PartResult& part) {
            fact("Run", part.run_id) + fact("Stylus ball radius", mm(part.ball_radius_mm) + " mm") +
            fact("Reference", part.has_nominal ? "nominal contour, nominal frame" : "none: measured without a nominal") +
            fact("Points", std::to_string(points) + " recorded, " + std::to_string(rejected) + " rejected") +
-           fact("Software", part.software_version.empty() ? "cmmlive" : "cmmlive " + part.software_version);
+           fact("Software", part.software_version);
     out += "</dl>\n";
     if (const auto reasons = verdict_reasons(part); !reasons.empty()) {
         out += "<div class=\"causes\"><b>" +

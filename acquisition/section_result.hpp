@@ -58,7 +58,8 @@ struct SectionResult {
 
 /// A whole part with all that the files and the report say about it. A value.
 struct PartResult {
-    std::string part_name, part_serial, started_utc, machine, run_id, software_version;
+    std::string part_name, part_serial, started_utc, machine, run_id;
+    std::string software_version;  ///< "cmmlive 0.1.0"
     double ball_radius_mm = 0.0;
     bool has_nominal = false;
     bool complete = true;  ///< false: the scan ended early; then the verdict cannot be accept

@@ -43,7 +43,7 @@ PartResult part_of(std::vector<SectionResult> sections) {
     part.started_utc = "2025-03-04T09:12:31Z";
     part.machine = "simulator";
     part.run_id = "run-9";
-    part.software_version = "0.1.0";
+    part.software_version = "cmmlive 0.1.0";
     part.ball_radius_mm = 1.0;
     part.has_nominal = true;
     part.sections = std::move(sections);
