@@ -30,7 +30,8 @@ TEST_P(BadPoints, FitSaysWhatAndWhere) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Files, BadPoints,
-                         testing::Values(BadCase{"MissingColumn", "p.csv", "x,y\n1,2\n3,4\n5,6\n", "p.csv: no column z"},
+                         testing::Values(BadCase{"MissingColumn", "p.csv", "x,y\n1,2\n3,4\n5,6\n",
+                                                 "p.csv: no column z"},
                                          BadCase{"NotANumber", "p.csv", "x,y,z\n0,0,0\n1,abc,0\n2,0,0\n", "p.csv:3:3"},
                                          BadCase{"Nan", "p.csv", "x,y,z\n0,0,0\n1,0,0\nnan,0,0\n", "p.csv:4:1"},
                                          BadCase{"TwoPoints", "p.csv", "x,y,z\n0,0,0\n1,0,0\n", "p.csv"},
