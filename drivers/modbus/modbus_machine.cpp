@@ -43,6 +43,11 @@ core::Error busy_error() {
                        core::Motion::may_be_moving};
 }
 
+bool on_path(const FifoBlock& block) {
+    return block.state == static_cast<std::uint16_t>(MachineState::scanning) ||
+           block.state == static_cast<std::uint16_t>(MachineState::starved);
+}
+
 core::Status refuse(std::string why) {
     return core::fail(core::ErrorCode::machine_refused, std::move(why), core::Motion::stopped);
 }
@@ -240,7 +245,7 @@ asio::awaitable<core::Result<StatusBlock>> ModbusMachine::follow_path(StatusBloc
                                                                       SampleSink& sink) {
     session_.begin_motion();
     const std::uint32_t newest_before = status.newest;
-    double status_due_ms = session_.link().now_ms();
+    double status_due_ms = 0.0;
     double pause_ms = shortest_pause_ms;
     bool ask_status = true;
     while (session_.is_ours(status) && status.command_state == command_running) {
@@ -259,14 +264,10 @@ asio::awaitable<core::Result<StatusBlock>> ModbusMachine::follow_path(StatusBloc
         }
         // Every sample is a point passed: known sooner than from the status.
         if (block->newest > newest_before) feed.passed(block->newest - newest_before);
-        const bool scanning = block->state == static_cast<std::uint16_t>(MachineState::scanning) ||
-                              block->state == static_cast<std::uint16_t>(MachineState::starved);
-        ask_status = !scanning || block->path_ended();
-        if (block->more() || feed.taken() != taken) {
-            pause_ms = shortest_pause_ms;
-            continue;
-        }
-        pause_ms = block->count > 0 ? shortest_pause_ms : std::min(2.0 * pause_ms, session_.poll_ms());
+        ask_status = !on_path(*block) || block->path_ended();
+        const bool at_once = block->more() || feed.taken() != taken;
+        pause_ms = at_once || block->count > 0 ? shortest_pause_ms : std::min(2.0 * pause_ms, session_.poll_ms());
+        if (at_once) continue;
         const double wait_ms = feed.complete() ? session_.poll_ms() : pause_ms;
         co_await session_.pause(wait_ms);
         feed.try_again();
