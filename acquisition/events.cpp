@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/events.hpp"
 
+#include <algorithm>
+
 #include <utility>
 
 #include "acquisition/json_text.hpp"
@@ -50,6 +52,11 @@ void EventHub::emit(EventKind kind, double t_machine_s, std::string payload) {
     const Event event{++seq_, kind, t_machine_s, core::seconds(clock_.now() - origin_), std::move(payload)};
     for (const auto& listener : listeners_)
         listener(event);
+}
+
+void EventHub::continue_after(std::uint64_t last_seq) {
+    const std::lock_guard lock(mutex_);
+    seq_ = std::max(seq_, last_seq);
 }
 
 std::uint64_t EventHub::last_seq() const {

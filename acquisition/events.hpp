@@ -44,8 +44,9 @@ struct Event {
 /// `last_seq`.
 class EventHub {
   public:
-    explicit EventHub(const core::Clock& clock, std::uint64_t last_seq = 0)
-        : clock_(clock), origin_(clock.now()), seq_(last_seq) {}
+    explicit EventHub(const core::Clock& clock) : clock_(clock), origin_(clock.now()) {}
+    /// A resumed run counts on from the events that its run file holds.
+    void continue_after(std::uint64_t last_seq);
     using Listener = std::function<void(const Event&)>;
     void listen(Listener listener);
     void emit(EventKind kind, double t_machine_s, std::string payload);
@@ -55,7 +56,7 @@ class EventHub {
     const core::Clock& clock_;
     core::Duration origin_;
     mutable std::mutex mutex_;
-    std::uint64_t seq_;
+    std::uint64_t seq_ = 0;
     std::vector<Listener> listeners_;
 };
 

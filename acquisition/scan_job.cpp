@@ -169,6 +169,9 @@ ScanJob::Step ScanJob::recover() {
         auto journal = Journal::open(request_.run_file);
         if (!journal) co_return tl::unexpected(journal.error());
         journal_ = std::move(*journal);
+        const auto last_event = journal_->last_event_seq();
+        if (!last_event) co_return tl::unexpected(last_event.error());
+        events_.continue_after(*last_event);
         const auto& header = journal_->header();
         if (header.plan_hash != plan_.hash) {
             co_return core::fail(
@@ -191,6 +194,7 @@ ScanJob::Step ScanJob::recover() {
         if (auto status = co_await restore_sections(); !status) co_return status;
     }
     if (!intake_) intake_ = std::make_unique<SampleIntake>(*journal_, events_);
+    keep_events();
     events_.emit(EventKind::run_started, 0.0,
                  JsonFields()
                      .add("run", request_.run_id)
@@ -221,6 +225,15 @@ core::Status ScanJob::start_journal(const drivers::RunOrigin& origin) {
     if (!journal) return tl::unexpected(journal.error());
     journal_ = std::move(*journal);
     return {};
+}
+
+/// What happened goes into the run file as well; what can be told again from the samples does not.
+void ScanJob::keep_events() {
+    events_.listen([journal = std::weak_ptr<Journal>(journal_)](const Event& event) {
+        if (event.kind == EventKind::sample_batch || event.kind == EventKind::section_updated) return;
+        // A disk that fails shows at the next flush; an event must not end the run.
+        if (const auto open = journal.lock()) (void)open->add_event(event.seq, to_string(event.kind), to_ndjson(event));
+    });
 }
 
 ScanJob::Step ScanJob::restore_sections() {

@@ -77,6 +77,7 @@ class ScanJob {
     core::Status prepare();
     core::Status start_journal(const drivers::RunOrigin& origin);
     void section_completed(std::unique_ptr<LiveSection> section);
+    void keep_events();
     void report_fault(const core::Error& error);
     void progress(std::string text);
     drivers::ScanPath next_path() const;
@@ -92,7 +93,7 @@ class ScanJob {
     SessionState state_ = SessionState::idle;
     std::optional<core::Error> error_;
     drivers::Capabilities capabilities_;
-    std::unique_ptr<Journal> journal_;
+    std::shared_ptr<Journal> journal_;
     std::unique_ptr<SampleIntake> intake_;
     Plan plan_;
     std::vector<SectionSetup> setups_;

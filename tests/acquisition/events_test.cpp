@@ -11,7 +11,8 @@ namespace {
 
 TEST(EventHub, NumbersWithoutGapsInDeliveryOrder) {
     core::ManualClock clock;
-    EventHub hub(clock, 41);
+    EventHub hub(clock);
+    hub.continue_after(41);
     std::vector<Event> seen;
     hub.listen([&](const Event& event) { seen.push_back(event); });
     clock.advance(std::chrono::milliseconds(1500));
