@@ -10,9 +10,10 @@
 #include <Eigen/Dense>
 
 namespace cmm::fitting {
+
 namespace {
 
-constexpr std::size_t window_points = 10;  // 8 would do for 2 um noise at 0.1 mm; more reaches too far back at an edge
+constexpr std::size_t window_points = 7;   // 2 um noise at 0.1 mm leaves 0.1/mm of curvature; more would lag at edges
 constexpr double window_turn_rad = 0.9;    // a parabola represents this much of a circle to 1 %
 constexpr double bad_residual_mm = 0.012;  // a point this far off its neighbours' parabola may be bad
 
@@ -22,8 +23,13 @@ struct Parabola {
     bool solved = false;
 };
 
+Vec2 rotated(const Vec2& v, double angle) {
+    const double c = std::cos(angle), s = std::sin(angle);
+    return {c * v.x() - s * v.y(), s * v.x() + c * v.y()};
+}
+
 struct Window {
-    std::array<Vec2, window_points> local;  // newest first: local.x <= 0
+    std::array<Vec2, window_points> local;  // newest first
     std::size_t count = 0;
 };
 
@@ -105,35 +111,54 @@ void LiveCurve::update_local() {
                              ? window_turn_rad / std::abs(local_.curvature)
                              : std::numeric_limits<double>::infinity();
     std::size_t count = std::min<std::size_t>(n, 4);
-    while (count < std::min(n, window_points) && (points_[n - 1 - count] - points_[n - 1]).norm() <= reach)
+    // Two points running that leave the old curve to the same side are no bad points: the part turns, the past is
+    // dropped.
+    const double leaves = local_.valid ? (points_[n - 1] - local_.position).dot(local_.normal) +
+                                             0.5 * local_.curvature * (points_[n - 1] - local_.position).squaredNorm()
+                                       : 0.0;
+    const bool turns = local_.last_is_bad && leaves * left_by_ > 0.0 && std::abs(leaves) > bad_residual_mm;
+    left_by_ = leaves;
+    while (!turns && count < std::min(n, window_points) && (points_[n - 1 - count] - points_[n - 1]).norm() <= reach)
         ++count;
 
+    // The frame lies at the middle of the window, where a parabola is closest to a circle through all of it.
     const Vec2 newest = points_[n - 1];
-    const Vec2 along = local_.valid ? local_.tangent : Vec2((newest - points_[n - count]).normalized());
+    const double half = 0.5 * (newest - points_[n - count]).norm();
+    Vec2 along = (newest - points_[n - count]).normalized();
+    if (local_.valid) along = rotated(local_.tangent, -side_ * std::clamp(local_.curvature * half, -0.5, 0.5));
     const Vec2 across = side_ * Vec2(-along.y(), along.x());  // towards the material: convex parts have c > 0
     Window window;
     window.count = count;
     for (std::size_t i = 0; i < count; ++i) {
         const Vec2 d = points_[n - 1 - i] - newest;
-        window.local[i] = {d.dot(along), d.dot(across)};
+        window.local[i] = {d.dot(along) + half, d.dot(across)};
     }
     std::size_t bad = window_points;
     const Parabola fit = robust_fit(window, bad);
     if (!fit.solved) return;
-    const auto& [a, b, c] = std::tie(fit.coefficients[0], fit.coefficients[1], fit.coefficients[2]);
-    const double scale = std::sqrt(1.0 + b * b);
-    const Vec2 tangent = (along + b * across) / scale;
-    if (local_.valid) turned_ += side_ * turn_angle(local_.tangent, tangent);
-    local_.valid = true;
+    publish(fit.coefficients, along, across, newest, half);
     local_.last_is_bad = bad == 0;
-    local_.position = newest + a * across;
-    local_.tangent = tangent;
-    local_.normal = side_ * right_normal(tangent);
-    local_.curvature = 2.0 * c / (scale * scale * scale);
     if (!start_known_ && n >= 5) {
         start_known_ = true;
         start_tangent_ = (points_[std::min<std::size_t>(n - 1, 4)] - points_[0]).normalized();
     }
+}
+
+/// From the parabola at the middle to the circle at the newest point: sin(phi) grows by kappa a millimetre of x.
+void LiveCurve::publish(const Eigen::Vector3d& parabola, const Vec2& along, const Vec2& across, const Vec2& newest,
+                        double half) {
+    const double b = parabola[1], scale = std::sqrt(1.0 + b * b);
+    const double curvature = 2.0 * parabola[2] / (scale * scale * scale);
+    const double sine0 = b / scale, sine = std::clamp(sine0 + curvature * half, -0.95, 0.95);
+    const double cosine0 = 1.0 / scale, cosine = std::sqrt(1.0 - sine * sine);
+    const double rise = std::abs(curvature) * half < 1e-6 ? b * half : (cosine0 - cosine) / curvature;
+    const Vec2 tangent = cosine * along + sine * across;
+    if (local_.valid) turned_ += side_ * turn_angle(local_.tangent, tangent);
+    local_.valid = true;
+    local_.position = newest + (parabola[0] + rise) * across;
+    local_.tangent = tangent;
+    local_.normal = side_ * right_normal(tangent);
+    local_.curvature = curvature;
 }
 
 void LiveCurve::update_closing() {
@@ -155,13 +180,13 @@ LiveCurve::Prediction LiveCurve::predict(double step_mm) const {
     const double forward = straight ? 1.0 : std::sin(angle) / angle;
     const double leftward = straight ? 0.5 * angle : (1.0 - std::cos(angle)) / angle;
     const Vec2 left(-local_.tangent.y(), local_.tangent.x());
-    const double c = std::cos(angle), s = std::sin(angle);
-    const Vec2 normal(c * local_.normal.x() - s * local_.normal.y(), s * local_.normal.x() + c * local_.normal.y());
-    return {true, local_.position + step_mm * (forward * local_.tangent + leftward * left), normal};
+    return {true, local_.position + step_mm * (forward * local_.tangent + leftward * left),
+            rotated(local_.normal, angle)};
 }
 
 double LiveCurve::suggest_step(double min_mm, double max_mm, double chord_error_mm) const {
-    if (!local_.valid) return min_mm;
+    // Nothing known, or the newest point disagrees: it is bad or the part turns, the next point must be near to tell.
+    if (!local_.valid || local_.last_is_bad) return min_mm;
     const double kappa = std::abs(local_.curvature);
     if (kappa * max_mm * max_mm <= 8.0 * chord_error_mm) return max_mm;
     return std::clamp(std::sqrt(8.0 * chord_error_mm / kappa), min_mm, max_mm);

@@ -44,7 +44,8 @@ class LiveCurve {
     const Local& local() const { return local_; }
     /// The arc of the local circle, `step_mm` ahead.
     Prediction predict(double step_mm) const;
-    /// sqrt(8 e / kappa) (seed 000, A2) within [min, max]: the step whose chord error is e.
+    /// sqrt(8 e / kappa) (seed 000, A2) within [min, max]: the step whose chord error is e; the
+    /// least step while the newest point is in doubt.
     double suggest_step(double min_mm, double max_mm, double chord_error_mm) const;
 
     double length_mm() const { return length_; }
@@ -55,6 +56,8 @@ class LiveCurve {
 
   private:
     void update_local();
+    void publish(const Eigen::Vector3d& parabola, const Vec2& along, const Vec2& across, const Vec2& newest,
+                 double half);
     void update_closing();
 
     double side_;  // +1: material on the left
@@ -63,6 +66,7 @@ class LiveCurve {
     Vec2 start_tangent_ = Vec2::UnitX();
     bool start_known_ = false;
     double length_ = 0.0, turned_ = 0.0;
+    double left_by_ = 0.0;          // how far the newest point was outside the curve before it
     double passed_lateral_ = -1.0;  // distance at which the start was passed, negative: not yet
 };
 

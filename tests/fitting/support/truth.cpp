@@ -20,11 +20,14 @@ Vec2 rotated(const Vec2& p, double angle) {
     return {std::cos(angle) * p.x() - std::sin(angle) * p.y(), std::sin(angle) * p.x() + std::cos(angle) * p.y()};
 }
 
-double cross2(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
+double cross2(const Vec2& a, const Vec2& b) {
+    return a.x() * b.y() - a.y() * b.x();
+}
 
 double area(const std::vector<Vec2>& p) {
     double twice = 0;
-    for (std::size_t i = 0; i < p.size(); ++i) twice += cross2(p[i], p[(i + 1) % p.size()]);
+    for (std::size_t i = 0; i < p.size(); ++i)
+        twice += cross2(p[i], p[(i + 1) % p.size()]);
     return 0.5 * twice;
 }
 
@@ -61,8 +64,10 @@ Outline cambered(const std::string& name, double chord, double camber_rad, const
         return Vec2(radius * std::sin(a), radius * std::cos(a)) + y * Vec2(std::sin(a), std::cos(a));
     };
     Outline o{name, {}, {}};
-    for (const double x : stations) o.points.push_back(place(x, -half(x)));
-    for (std::size_t k = stations.size() - 1; k-- > 1;) o.points.push_back(place(stations[k], half(stations[k])));
+    for (const double x : stations)
+        o.points.push_back(place(x, -half(x)));
+    for (std::size_t k = stations.size() - 1; k-- > 1;)
+        o.points.push_back(place(stations[k], half(stations[k])));
     make_counter_clockwise(o);
     normals_by_difference(o);
     return o;
@@ -79,7 +84,8 @@ std::vector<double> end_dense_stations(double chord, std::size_t count) {
     return x;
 }
 
-std::vector<std::vector<double>> read_numbers(const std::string& path, const std::function<bool(const std::string&)>& breaks,
+std::vector<std::vector<double>> read_numbers(const std::string& path,
+                                              const std::function<bool(const std::string&)>& breaks,
                                               std::vector<std::size_t>& block_starts) {
     std::ifstream file(path);
     std::vector<std::vector<double>> rows;
@@ -89,7 +95,8 @@ std::vector<std::vector<double>> read_numbers(const std::string& path, const std
         std::replace(line.begin(), line.end(), ',', ' ');
         std::istringstream words(line);
         std::vector<double> row;
-        for (double v = 0; words >> v;) row.push_back(v);
+        for (double v = 0; words >> v;)
+            row.push_back(v);
         if (words.eof() && row.size() >= 2) rows.push_back(row);
     }
     return rows;
@@ -127,7 +134,8 @@ double Outline::distance(const Vec2& p) const {
 
 double Outline::perimeter() const {
     double sum = 0;
-    for (std::size_t i = 0; i < points.size(); ++i) sum += (points[(i + 1) % points.size()] - points[i]).norm();
+    for (std::size_t i = 0; i < points.size(); ++i)
+        sum += (points[(i + 1) % points.size()] - points[i]).norm();
     return sum;
 }
 
@@ -147,10 +155,12 @@ Outline envelope_blade(const EnvelopeBlade& b) {
     const auto frame = [&](double t) -> Frame {
         if (th <= 0) return {{(t - 0.5) * k, 0}, {1, 0}, {0, 1}};
         const double a = (t - 0.5) * th;
-        return {{big * std::sin(a), big * (std::cos(a) - std::cos(th / 2))}, {std::cos(a), -std::sin(a)}, {std::sin(a), std::cos(a)}};
+        return {{big * std::sin(a), big * (std::cos(a) - std::cos(th / 2))},
+                {std::cos(a), -std::sin(a)},
+                {std::sin(a), std::cos(a)}};
     };
     Outline o{"envelope", {}, {}};
-    const auto push = [&](double t, double angle) {   // at the angle from the camber tangent on the circle of t
+    const auto push = [&](double t, double angle) {  // at the angle from the camber tangent on the circle of t
         const Frame f = frame(t);
         const Vec2 n = std::cos(angle) * f.e + std::sin(angle) * f.n;
         o.points.push_back(rotated(f.m + rho(t) * n, b.stagger_deg * pi / 180));
@@ -158,10 +168,14 @@ Outline envelope_blade(const EnvelopeBlade& b) {
     };
     const auto side_angle = [&](double t) { return std::acos(std::clamp(-slope(t) / length, -1.0, 1.0)); };
     const int sides = 12000, arc = 1500;
-    for (int i = 0; i < sides; ++i) push(i / double(sides), -side_angle(i / double(sides)));      // pressure, LE to TE
-    for (int i = 0; i < arc; ++i) push(1, -side_angle(1) + 2 * side_angle(1) * i / arc);          // TE
-    for (int i = 0; i < sides; ++i) push(1 - i / double(sides), side_angle(1 - i / double(sides)));
-    for (int i = 0; i < arc; ++i) push(0, side_angle(0) + 2 * (pi - side_angle(0)) * i / arc);    // LE
+    for (int i = 0; i < sides; ++i)
+        push(i / double(sides), -side_angle(i / double(sides)));  // pressure, LE to TE
+    for (int i = 0; i < arc; ++i)
+        push(1, -side_angle(1) + 2 * side_angle(1) * i / arc);  // TE
+    for (int i = 0; i < sides; ++i)
+        push(1 - i / double(sides), side_angle(1 - i / double(sides)));
+    for (int i = 0; i < arc; ++i)
+        push(0, side_angle(0) + 2 * (pi - side_angle(0)) * i / arc);  // LE
     return o;
 }
 
@@ -176,18 +190,22 @@ Outline ellipse_edged_blade(double chord, double camber_deg, double le_a, double
         return le_b + (te_b - le_b) * step + (peak - 0.5 * (le_b + te_b)) * std::pow(std::sin(pi * u), 2);
     };
     std::vector<double> x;
-    for (int k = 0; k <= 1500; ++k) x.push_back(le_a * (1 - std::cos(pi / 2 * k / 1500)));
-    for (int k = 1; k < 12000; ++k) x.push_back(le_a + (chord - te_a - le_a) * k / 12000);
-    for (int k = 1500; k >= 0; --k) x.push_back(chord - te_a * (1 - std::cos(pi / 2 * k / 1500)));
+    for (int k = 0; k <= 1500; ++k)
+        x.push_back(le_a * (1 - std::cos(pi / 2 * k / 1500)));
+    for (int k = 1; k < 12000; ++k)
+        x.push_back(le_a + (chord - te_a - le_a) * k / 12000);
+    for (int k = 1500; k >= 0; --k)
+        x.push_back(chord - te_a * (1 - std::cos(pi / 2 * k / 1500)));
     return cambered("ellipse-edged", chord, camber_deg * pi / 180, half, x);
 }
 
 Outline naca_blade(double chord, double thickness_share, double camber_share) {
     const auto half = [=](double x) {
         const double u = x / chord;
-        const double naca = 5 * thickness_share * chord *
-                            (0.2969 * std::sqrt(u) - 0.1260 * u - 0.3516 * u * u + 0.2843 * u * u * u - 0.1015 * u * u * u * u);
-        const double d = chord - x;      // a parabola-like round end instead of the blunt one
+        const double naca =
+            5 * thickness_share * chord *
+            (0.2969 * std::sqrt(u) - 0.1260 * u - 0.3516 * u * u + 0.2843 * u * u * u - 0.1015 * u * u * u * u);
+        const double d = chord - x;  // a parabola-like round end instead of the blunt one
         const double end = std::sqrt(std::max(0.0, d * (2 * 0.006 * chord)));
         return naca * end / std::sqrt(end * end + naca * naca + 1e-18);
     };
@@ -201,13 +219,15 @@ Outline spline_outline(const std::vector<Vec2>& given, const std::string& name) 
     if ((p.front() - p.back()).norm() < 1e-9) p.pop_back();
     const std::size_t n = p.size();
     std::vector<double> h(n);
-    for (std::size_t i = 0; i < n; ++i) h[i] = (p[(i + 1) % n] - p[i]).norm();
+    for (std::size_t i = 0; i < n; ++i)
+        h[i] = (p[(i + 1) % n] - p[i]).norm();
     // Second derivatives of the periodic spline by Gauss-Seidel: diagonally dominant, converges by half a round.
     std::vector<Vec2> m(n, Vec2::Zero());
     for (int round = 0; round < 200; ++round)
         for (std::size_t i = 0; i < n; ++i) {
             const std::size_t a = (i + n - 1) % n, b = (i + 1) % n;
-            m[i] = (6 * ((p[b] - p[i]) / h[i] - (p[i] - p[a]) / h[a]) - h[a] * m[a] - h[i] * m[b]) / (2 * (h[a] + h[i]));
+            m[i] =
+                (6 * ((p[b] - p[i]) / h[i] - (p[i] - p[a]) / h[a]) - h[a] * m[a] - h[i] * m[b]) / (2 * (h[a] + h[i]));
         }
     Outline o{name, {}, {}};
     for (std::size_t i = 0; i < n; ++i) {
@@ -239,12 +259,14 @@ std::vector<std::vector<Vec2>> hannover_profiles() {
     std::vector<std::vector<Vec2>> profiles;
     for (const char* file : {"1_Rotor1_Blade.crv", "2_Stator1_Vane.crv"}) {
         std::vector<std::size_t> starts;
-        const auto rows = read_numbers(std::string("../shared/data/hannover-4ac/") + file,
-                                       [](const std::string& line) { return line.starts_with('#'); }, starts);
+        const auto rows = read_numbers(
+            std::string("../shared/data/hannover-4ac/") + file,
+            [](const std::string& line) { return line.starts_with('#'); }, starts);
         starts.push_back(rows.size());
         for (std::size_t k = 0; k + 1 < starts.size(); ++k) {
             std::vector<Vec2> points;
-            for (std::size_t i = starts[k]; i < starts[k + 1]; ++i) points.emplace_back(rows[i][2], rows[i][0]);
+            for (std::size_t i = starts[k]; i < starts[k + 1]; ++i)
+                points.emplace_back(rows[i][2], rows[i][0]);
             if (points.size() > 20) profiles.push_back(points);
         }
     }
@@ -260,8 +282,9 @@ std::vector<Outline> hannover_outlines() {
 
 std::vector<Outline> rotor37_outlines() {
     std::vector<std::size_t> starts;
-    const auto rows = read_numbers("../shared/data/rotor37/cffc_rotor37geometry.dat",
-                                   [](const std::string& line) { return line.find("SURFACE") != std::string::npos; }, starts);
+    const auto rows = read_numbers(
+        "../shared/data/rotor37/cffc_rotor37geometry.dat",
+        [](const std::string& line) { return line.find("SURFACE") != std::string::npos; }, starts);
     starts.push_back(rows.size());
     std::vector<Outline> outlines;
     for (std::size_t k = 0; k + 1 < starts.size(); k += 3) {
@@ -282,10 +305,12 @@ std::vector<Outline> engine_outlines() {
     std::vector<Outline> outlines;
     for (const char* z : {"300.0", "315.0", "330.0", "345.0", "360.0", "370.0"}) {
         std::vector<std::size_t> starts;
-        const auto rows = read_numbers(std::string("../shared/data/engine-blade/section_z") + z + ".csv",
-                                       [](const std::string&) { return false; }, starts);
+        const auto rows = read_numbers(
+            std::string("../shared/data/engine-blade/section_z") + z + ".csv", [](const std::string&) { return false; },
+            starts);
         std::vector<Vec2> points;
-        for (const auto& row : rows) points.emplace_back(row[0], row[1]);
+        for (const auto& row : rows)
+            points.emplace_back(row[0], row[1]);
         if (points.size() > 20) outlines.push_back(polygon_outline(points, std::string("engine-") + z));
     }
     return outlines;
@@ -323,7 +348,8 @@ Outline ball_centres(const Outline& part, double radius) {
             bool clear = true;
             for (std::size_t k = 0; k < n && clear; ++k) {
                 if ((part.points[k] - raw[i]).squaredNorm() > 400) continue;
-                clear = segment_squared(part.points[k], part.points[(k + 1) % n], raw[i]) > radius * radius * (1 - 1e-9);
+                clear =
+                    segment_squared(part.points[k], part.points[(k + 1) % n], raw[i]) > radius * radius * (1 - 1e-9);
             }
             if (!clear) continue;
         }
@@ -345,15 +371,16 @@ Scan scan(const Outline& centres, const ScanOptions& options) {
     const double total = s[n];
     const auto index_at = [&](double where) {
         where -= std::floor(where / total) * total;
-        return std::min<std::size_t>(n - 1, static_cast<std::size_t>(std::upper_bound(s.begin(), s.end(), where) - s.begin()) - 1);
+        return std::min<std::size_t>(
+            n - 1, static_cast<std::size_t>(std::upper_bound(s.begin(), s.end(), where) - s.begin()) - 1);
     };
     // The pitch wanted at every vertex, then graded: it grows by at most `grading` mm a mm, ahead and behind.
     std::vector<double> pitch(n);
     for (std::size_t i = 0; i < n; ++i) {
         const std::size_t a = index_at(s[i] - 0.25), b = index_at(s[i] + 0.25);
         const double angle = turn[b] - turn[a] + (b < a ? turn[n] : 0.0);
-        pitch[i] = std::clamp(options.step_rad / std::max(std::abs(angle) / 0.5, 1e-9), options.pitch / options.edge_density,
-                              options.pitch);
+        pitch[i] = std::clamp(options.step_rad / std::max(std::abs(angle) / 0.5, 1e-9),
+                              options.pitch / options.edge_density, options.pitch);
     }
     for (std::size_t k = 0; k < 2 * n; ++k) {
         const std::size_t i = k % n, j = (k + 1) % n;
@@ -383,9 +410,10 @@ Scan scan(const Outline& centres, const ScanOptions& options) {
     auto wanted = static_cast<std::size_t>(std::llround(options.bad_share * static_cast<double>(result.points.size())));
     for (int tries = 0; wanted > 0 && tries < 100000; ++tries) {
         const std::size_t at = rng.below(result.points.size()), run = std::min<std::size_t>(wanted, 1 + rng.below(3));
-        if (!edge[at] && rng.uniform() < 0.8) continue;     // mostly at the edges
-        bool free = true;      // two runs keep a good point between them, or they would be one longer run
-        for (std::size_t k = 0; k < run + 2; ++k) free = free && result.bad[(at + result.bad.size() + k - 1) % result.bad.size()] == 0;
+        if (!edge[at] && rng.uniform() < 0.8) continue;  // mostly at the edges
+        bool free = true;  // two runs keep a good point between them, or they would be one longer run
+        for (std::size_t k = 0; k < run + 2; ++k)
+            free = free && result.bad[(at + result.bad.size() + k - 1) % result.bad.size()] == 0;
         if (!free) continue;
         const double size = options.bad_low * std::pow(options.bad_high / options.bad_low, rng.uniform());
         const double sign = rng.uniform() < 0.8 ? 1 : -1;

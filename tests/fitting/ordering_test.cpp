@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/ordering.hpp"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "support/truth.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+core::Result<Lap> lap_of(const std::vector<Vec2>& points) {
+    std::vector<char> duplicate;
+    return order_lap(points, usable_points(points, std::vector<char>(points.size(), 0), duplicate), 6.0, 0.010);
+}
+
+double longest_step(const std::vector<Vec2>& points, const Lap& lap) {
+    double longest = 0.0;
+    for (std::size_t k = 0; k < lap.index.size(); ++k)
+        longest = std::max(longest, (points[lap.index[(k + 1) % lap.index.size()]] - points[lap.index[k]]).norm());
+    return longest;
+}
+
+TEST(Ordering, OneLapFromAnyStartEitherWay) {
+    const auto centres = truth::ball_centres(truth::envelope_blade({}), 1.0);
+    for (int k = 0; k < 40; ++k) {
+        truth::ScanOptions options;
+        options.start_share = k / 40.0;
+        options.clockwise = k % 2 == 1;
+        options.bad_share = 0.0;
+        const auto scan = truth::scan(centres, options);
+        const auto lap = lap_of(scan.points);
+        ASSERT_TRUE(lap) << lap.error().message;
+        EXPECT_EQ(lap->index.size(), scan.points.size());
+        EXPECT_EQ(lap->was_clockwise, options.clockwise);
+        EXPECT_EQ(lap->overlap, 0U);
+        EXPECT_LT(longest_step(scan.points, *lap), 0.45);
+    }
+}
+
+TEST(Ordering, SortsTheOverlapIn) {
+    const auto centres = truth::ball_centres(truth::envelope_blade({55, 3, 20, 50, 0.15, 0.12}), 0.5);
+    for (const double overlap : {0.5, 3.0, 20.0, 150.0}) {
+        for (int k = 0; k < 10; ++k) {
+            truth::ScanOptions options;
+            options.start_share = k / 10.0;
+            options.overlap_mm = overlap;
+            options.seed = 50 + k;
+            const auto scan = truth::scan(centres, options);
+            const auto lap = lap_of(scan.points);
+            ASSERT_TRUE(lap) << lap.error().message;
+            EXPECT_GT(lap->overlap, 0U);
+            EXPECT_EQ(lap->index.size(), scan.points.size());
+            EXPECT_LT(longest_step(scan.points, *lap), 1.0) << overlap << " " << k;
+        }
+    }
+}
+
+TEST(Ordering, SaysThatAScanIsOpen) {
+    truth::ScanOptions options;
+    options.overlap_mm = -8.0;
+    const auto scan = truth::scan(truth::ball_centres(truth::envelope_blade({}), 1.0), options);
+    const auto lap = lap_of(scan.points);
+    ASSERT_FALSE(lap);
+    EXPECT_EQ(lap.error().code, core::ErrorCode::fit_not_evaluable);
+    EXPECT_NE(lap.error().message.find("open"), std::string::npos);
+}
+
+TEST(Ordering, KeepsOutWhatIsNoPoint) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const std::vector<Vec2> points{{0, 0}, {1, 0}, {1, 0}, {nan, 0}, {2, 0}, {3, 1}, {0, 0}};
+    std::vector<char> duplicate;
+    const std::vector<char> excluded{0, 0, 0, 0, 0, 1, 0};
+    const auto usable = usable_points(points, excluded, duplicate);
+    EXPECT_EQ(usable, (std::vector<std::size_t>{0, 1, 4}));
+    EXPECT_TRUE(duplicate[2] && duplicate[6]);
+    EXPECT_FALSE(lap_of(points));
+}
+
+}  // namespace
+}  // namespace cmm::fitting

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/outliers.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "core/rng.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+std::vector<Vec2> circle(std::size_t n, double radius, double sigma, std::uint64_t seed) {
+    core::Rng rng(seed);
+    std::vector<Vec2> points;
+    for (std::size_t i = 0; i < n; ++i) {
+        const double a = 2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(n);
+        points.push_back((radius + sigma * rng.normal()) * Vec2(std::cos(a), std::sin(a)));
+    }
+    return points;
+}
+
+TEST(SplineResidual, IsTheSignedDistanceToTheNeighboursSpline) {
+    const Vec2 a(0, 0), b(1, 0), c(3, 0), d(4, 0);
+    EXPECT_NEAR(spline_residual(a, b, c, d, {2, -0.3}), 0.3, 1e-12) << "positive on the right";
+    EXPECT_NEAR(spline_residual(a, b, c, d, {2, 0.2}), -0.2, 1e-12);
+    EXPECT_EQ(spline_residual(a, a, c, d, {2, 0.2}), 0.0) << "no direction, no verdict";
+    const auto at = [](double angle) { return Vec2(std::cos(angle), std::sin(angle)); };
+    EXPECT_NEAR(spline_residual(at(-0.2), at(-0.1), at(0.1), at(0.2), 1.05 * at(0.0)), 0.05, 1e-4);
+}
+
+TEST(BadPoints, SinglesAndRunsOfThreeAreFoundExactly) {
+    for (std::uint64_t seed = 0; seed < 60; ++seed) {
+        auto points = circle(150, 2.5, 0.001, seed);
+        core::Rng rng(seed + 1000);
+        std::vector<char> bad(points.size(), 0);
+        for (const std::size_t start : {std::size_t{0}, std::size_t{40}, std::size_t{90}}) {  // the first run wraps
+            const std::size_t run = 1 + rng.below(3);
+            for (std::size_t k = 0; k < run; ++k) {
+                const std::size_t i = (start + points.size() - 1 + k) % points.size();
+                points[i] *= 1.0 + rng.uniform(0.04, 0.4) / 2.5;
+                bad[i] = 1;
+            }
+        }
+        const auto found = find_bad_points(points, true, 0.010);
+        EXPECT_EQ(found.bad, bad) << "seed " << seed;
+        EXPECT_NEAR(found.sigma_mm, 0.001, 0.0006);
+    }
+}
+
+TEST(BadPoints, GoodPointsStay) {
+    std::size_t rejected = 0;
+    for (std::uint64_t seed = 0; seed < 100; ++seed)
+        rejected += find_bad_points(circle(300, 1.2, 0.001, seed), true, 0.010).count;
+    EXPECT_EQ(rejected, 0U) << "of 30000";
+}
+
+TEST(BadPoints, TextureRaisesTheThreshold) {
+    std::size_t rejected = 0;
+    for (std::uint64_t seed = 0; seed < 50; ++seed)
+        rejected += find_bad_points(circle(400, 8.0, 0.010, seed), true, 0.010).count;
+    EXPECT_LE(rejected, 40U) << "of 20000, rms 10 um";
+}
+
+TEST(BadPoints, DenseScansAreJudgedInInterleavedChains) {
+    auto points = circle(8000, 3.0, 0.001, 5);  // 2.4 um apart
+    std::vector<char> bad(points.size(), 0);
+    for (std::size_t i = 700; i < 703; ++i) {
+        points[i] *= 1.0 + 0.12 / 3.0;
+        bad[i] = 1;
+    }
+    EXPECT_EQ(find_bad_points(points, true, 0.010).bad, bad);
+}
+
+TEST(BadPoints, OpenChainsAreJudgedToo) {
+    std::vector<Vec2> line;
+    for (int i = 0; i < 30; ++i)
+        line.emplace_back(0.2 * i, 0.0);
+    line[0].y() = 0.2;  // no neighbours on one side: found through the points that it disturbs
+    line[15].y() = 0.2;
+    const auto found = find_bad_points(line, false, 0.010);
+    EXPECT_EQ(found.count, 2U);
+    EXPECT_TRUE(found.bad[0] && found.bad[15]);
+}
+
+TEST(BadPoints, GarbageEndsInTime) {
+    core::Rng rng(1);
+    std::vector<Vec2> points;
+    for (int i = 0; i < 5000; ++i)
+        points.emplace_back(rng.uniform(-10, 10), rng.uniform(-10, 10));
+    const auto found = find_bad_points(points, true, 0.010);
+    EXPECT_EQ(found.bad.size(), points.size());
+    EXPECT_EQ(find_bad_points(std::vector<Vec2>(50, Vec2(1, 1)), true, 0.010).count, 0U);
+    EXPECT_EQ(find_bad_points({}, true, 0.010).count, 0U);
+}
+
+}  // namespace
+}  // namespace cmm::fitting

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/spline.hpp"
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+namespace cmm::fitting {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+std::vector<Vec2> circle(std::size_t n, double radius) {
+    std::vector<Vec2> points;
+    for (std::size_t i = 0; i < n; ++i) {
+        const double a = 2.0 * pi * static_cast<double>(i) / static_cast<double>(n);
+        points.emplace_back(radius * std::cos(a), radius * std::sin(a));
+    }
+    return points;
+}
+
+double worst_radius_error(std::size_t n) {
+    const auto points = circle(n, 2.0);
+    const auto spline = interpolate_periodic(points, chord_parameters(points, true));
+    double worst = 0.0;
+    for (int k = 0; k < 1000; ++k)
+        worst = std::max(worst, std::abs(spline.jet(spline.period() * k / 1000.0).position.norm() - 2.0));
+    return worst;
+}
+
+TEST(PeriodicSpline, GoesThroughItsPointsWithTwoContinuousDerivatives) {
+    const auto points = circle(9, 1.5);
+    const auto spline = interpolate_periodic(points, chord_parameters(points, true));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const double t = spline.breaks()[i], step = 1e-7;
+        EXPECT_LT((spline.jet(t).position - points[i]).norm(), 1e-14);
+        EXPECT_LT((spline.jet(t + step).d1 - spline.jet(t - step).d1).norm(), 1e-6);
+        EXPECT_LT((spline.jet(t + step).d2 - spline.jet(t - step).d2).norm(), 1e-5);
+    }
+}
+
+TEST(PeriodicSpline, ConvergesOnACircleWithTheFourthPower) {
+    const double coarse = worst_radius_error(16), fine = worst_radius_error(32);
+    EXPECT_LT(coarse, 2e-4);
+    EXPECT_NEAR(coarse / fine, 16.0, 3.0);
+}
+
+TEST(PeriodicSpline, TakesAnyParameterOfThePeriod) {
+    const auto points = circle(11, 1.0);
+    const auto spline = interpolate_periodic(points, chord_parameters(points, true));
+    for (const double turns : {-3.0, -1.0, 1.0, 2.0})
+        EXPECT_LT((spline.jet(0.7).position - spline.jet(0.7 + turns * spline.period()).position).norm(), 1e-12);
+}
+
+TEST(OpenSpline, WithGivenEndDerivativesReproducesACubic) {
+    const auto cubic = [](double t) { return Vec2(1.0 + t - 2.0 * t * t + 0.5 * t * t * t, 2.0 - t * t * t); };
+    const auto slope = [](double t) { return Vec2(1.0 - 4.0 * t + 1.5 * t * t, -3.0 * t * t); };
+    std::vector<double> t{0.0, 0.4, 1.1, 1.5, 2.3};
+    std::vector<Vec2> points;
+    for (const double at : t)
+        points.push_back(cubic(at));
+    const auto spline = interpolate_open(points, t, slope(0.0), slope(2.3));
+    for (double at = 0.0; at <= 2.3; at += 0.05) {
+        EXPECT_LT((spline.jet(at).position - cubic(at)).norm(), 1e-12);
+        EXPECT_LT((spline.jet(at).d1 - slope(at)).norm(), 1e-11);
+    }
+}
+
+TEST(OpenSpline, NaturalEndsHaveNoSecondDerivative) {
+    const std::vector<Vec2> points{{0, 0}, {1, 2}, {3, 1}, {4, 4}};
+    const auto spline = interpolate_open(points, chord_parameters(points, false));
+    EXPECT_LT(spline.jet(spline.breaks().front()).d2.norm(), 1e-13);
+    EXPECT_LT(spline.jet(spline.breaks().back()).d2.norm(), 1e-13);
+    for (std::size_t i = 0; i < points.size(); ++i)
+        EXPECT_LT((spline.jet(spline.breaks()[i]).position - points[i]).norm(), 1e-13);
+}
+
+TEST(Jet, CurvatureOfALeftTurnIsPositive) {
+    const auto points = circle(64, 0.5);
+    const auto spline = interpolate_periodic(points, chord_parameters(points, true));
+    EXPECT_NEAR(spline.jet(1.0).curvature(), 2.0, 2e-2);
+    EXPECT_GT(spline.jet(1.0).right_normal().dot(spline.jet(1.0).position), 0.0);
+}
+
+}  // namespace
+}  // namespace cmm::fitting
