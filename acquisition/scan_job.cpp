@@ -412,7 +412,11 @@ ScanJob::Step ScanJob::stop_machine() {
 
 ScanJob::Step ScanJob::flush() {
     if (!journal_) co_return core::Status{};
-    co_return journal_->flush();
+    auto flushed = journal_->flush();
+    // Without the release the next host waits for the watchdog; a link that is gone cannot carry it.
+    auto released = co_await machine_.end_run();
+    if (flushed && !released && !error_) co_return released;
+    co_return flushed;
 }
 
 double ScanJob::share_done() const {
