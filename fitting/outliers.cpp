@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "fitting/kinks.hpp"
 #include "fitting/spline.hpp"
 
 namespace cmm::fitting {
@@ -21,6 +22,7 @@ constexpr int deepest = 6;               // points of one cluster that are remov
 constexpr double run_cost = 0.8, point_cost = 0.2;  // in units of one residual at its threshold, squared
 constexpr std::size_t longest_run = 4;              // of adjacent bad points: a longer one is a feature of the part
 constexpr std::size_t widest_region = 48;           // bits of the removed-set mask
+constexpr double corner_share = 1.0;           // of the threshold: so near must a point continue a side
 constexpr double fine_step_mm = 0.045;              // below, even a jump of 4/mm costs the cubic less than 0.5 um
 constexpr double sparse_step_mm = 0.04;             // from this spacing on all points are one chain
 constexpr std::size_t least_chain = 200;
@@ -269,19 +271,59 @@ class Finder {
         }
     }
 
-    BadPoints report() {
-        BadPoints out;
-        out.bad.resize(n_);
+    /// The links of a removed point are of its time: walk on to living neighbours.
+    void refresh_links() {
         for (std::size_t i = 0; i < n_; ++i) {
-            out.bad[i] = static_cast<char>(!alive_[i]);
             if (alive_[i]) continue;
-            // A removed point keeps the links of its time: walk on to living neighbours.
             while (prev_[i] != none && !alive_[prev_[i]])
                 prev_[i] = prev_[prev_[i]];
             while (next_[i] != none && !alive_[next_[i]])
                 next_[i] = next_[next_[i]];
-            residual_[i] = residual_of(i);
         }
+    }
+
+    /// Gives points back that only a corner of the curve has made look bad.
+    void excuse_corners() {
+        std::vector<Vec2> cluster, before, after;
+        for (std::size_t first = 0; first < n_; ++first) {
+            // The first of a cluster: its predecessor in the chain lives.
+            if (alive_[first] || prev_[first] == none || next_[first] == none || (prev_[first] + 1) % n_ != first)
+                continue;
+            const std::size_t end = next_[first];
+            cluster.clear();
+            double tolerance = threshold_[first];
+            for (std::size_t i = first; i != end; i = (i + 1) % n_) {
+                cluster.push_back(points_[i]);
+                tolerance = std::min(tolerance, threshold_[i]);
+            }
+            collect(prev_[first], prev_, before);
+            collect(end, next_, after);
+            if (!continues_a_side(cluster, before, after, corner_share * tolerance)) continue;
+            for (std::size_t i = first; i != end; i = (i + 1) % n_) {
+                corner_[i] = 1;
+                alive_[i] = 1;
+                --removed_;
+            }
+        }
+    }
+
+    void collect(std::size_t from, const std::vector<std::size_t>& step, std::vector<Vec2>& side) const {
+        side.clear();
+        for (std::size_t i = from; i != none && side.size() < 5; i = step[i])
+            side.push_back(points_[i]);
+    }
+
+    BadPoints report() {
+        refresh_links();
+        corner_.assign(n_, 0);
+        excuse_corners();
+        BadPoints out;
+        out.bad.resize(n_);
+        for (std::size_t i = 0; i < n_; ++i) {
+            out.bad[i] = static_cast<char>(!alive_[i]);
+            if (!alive_[i] || corner_[i]) residual_[i] = residual_of(i);
+        }
+        out.corner = std::move(corner_);
         out.residual = std::move(residual_);
         out.threshold_mm = std::move(threshold_);
         out.sigma_mm = sigma_;
@@ -293,7 +335,7 @@ class Finder {
     bool closed_;
     std::size_t n_;
     std::vector<std::size_t> prev_, next_;  // living neighbours
-    std::vector<char> alive_;
+    std::vector<char> alive_, corner_;
     std::vector<double> residual_, threshold_, work_;
     std::vector<double> jump_, gap_;  // error of the cubic where the curvature jumps, and the squared gap it is for
     std::vector<std::size_t> region_;
@@ -333,6 +375,7 @@ BadPoints find_bad_points(std::span<const Vec2> points, bool closed, double floo
     const std::size_t n = points.size();
     BadPoints all;
     all.bad.assign(n, 0);
+    all.corner.assign(n, 0);
     all.residual.assign(n, 0.0);
     all.threshold_mm.assign(n, floor_mm);
     if (n < 7) return all;
@@ -350,6 +393,7 @@ BadPoints find_bad_points(std::span<const Vec2> points, bool closed, double floo
         const BadPoints found = Finder(chain, closed, floor_mm).run();
         for (std::size_t k = 0, i = first; i < n; ++k, i += chains) {
             all.bad[i] = found.bad[k];
+            all.corner[i] = found.corner[k];
             all.residual[i] = found.residual[k];
             all.threshold_mm[i] = found.threshold_mm[k];
         }

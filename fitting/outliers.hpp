@@ -16,6 +16,7 @@ double spline_residual(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& 
 /// What the bad-point search found, per point of the chain.
 struct BadPoints {
     std::vector<char> bad;
+    std::vector<char> corner;          ///< good points that a corner of the curve had made look bad
     std::vector<double> residual;      ///< by the good neighbours; 0 where a side has fewer than two
     std::vector<double> threshold_mm;  ///< max(floor, local scatter, resolution of the sampling)
     double sigma_mm = 0.0;             ///< standard deviation of a point, from the residuals of the whole chain

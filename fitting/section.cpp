@@ -102,7 +102,7 @@ class SectionFitter {
             if (reason_[k] == RejectReason::none) {
                 near = smooth_.parameter[good];
                 residual_[k] = smooth_.residual[good];
-                const bool far_off = std::abs(residual_[k]) > reject_share * threshold[k];
+                const bool far_off = !found.corner[k] && std::abs(residual_[k]) > reject_share * threshold[k];
                 if (const std::size_t at = good++; !far_off || std::abs(residual_[k]) <= 4.0 * misfit_near(at))
                     continue;
                 reason_[k] = RejectReason::fit_residual;

@@ -224,7 +224,7 @@ class Smoother {
         if (!gross || least_per_span_ > 3) return least_per_span_;
         const auto& pieces = curve_.pieces();
         const double turn = std::abs(turn_angle(pieces[span][1], pieces[(span + 1) % pieces.size()][1]));
-        return turn > 0.25 * static_cast<double>(count(span)) ? 1 : 2;
+        return turn > 0.12 * static_cast<double>(count(span)) ? 1 : 2;
     }
 
     /// Halves every span whose residuals are too large or follow each other; false when none is.
