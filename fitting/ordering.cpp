@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <string>
 
 #include "core/text.hpp"
@@ -15,8 +14,9 @@ namespace {
 using core::ErrorCode;
 
 constexpr std::size_t least_points = 16;
-constexpr double duplicate_share = 0.02;  // of the median spacing: nearer than that says nothing about direction
-constexpr std::size_t start_tries = 6;    // the first points of a scan may be bad
+constexpr double duplicate_share = 0.02;     // of the median spacing: nearer than that says nothing about direction
+constexpr double least_closing_share = 0.3;  // of the spacing: nearer to the first point a last one repeats it
+constexpr std::size_t start_tries = 6;       // the first points of a scan may be bad
 
 double median(std::vector<double> values) {
     if (values.empty()) return 0.0;
@@ -82,51 +82,20 @@ double passes_again(const Chain& chain, std::size_t start) {
     return -1.0;
 }
 
-/// Arc length of each usable point on the lap [0, lap), lap measured from the chain's beginning; a monotone walk,
-/// because a point of the overlap must not be taken to the opposite side of a thin edge.
-std::vector<double> places_on_lap(std::span<const Vec2> points, const std::vector<std::size_t>& usable,
-                                  const Chain& chain, double lap) {
-    std::vector<double> place(usable.size());
-    std::size_t at = 0;    // segment of the chain's first lap
-    std::size_t last = 0;  // its last segment
-    while (last + 2 < chain.good.size() && chain.s[last + 1] < lap)
-        ++last;
-    double walked = 0.0;  // by the good points themselves, to know in which lap we are
+/// Splits the chain where it has been round once. A second measurement of the same place lies so near to the first that
+/// the two say nothing about direction, only noise: it is checked against the curve later, and not fitted. The same
+/// holds for a last point that all but repeats the first.
+void take_first_lap(std::span<const Vec2> points, const std::vector<std::size_t>& usable, const Chain& chain,
+                    double length, Lap& lap) {
+    const double least =
+        least_closing_share * std::min(chain.step_near(0, 4), chain.step_near(chain.good.size() - 1, 4));
+    double walked = 0.0;
     std::size_t good = 0;
-    for (std::size_t k = 0; k < usable.size(); ++k) {
-        const Vec2& p = points[usable[k]];
-        if (good < chain.good.size() && chain.good[good] == p) walked = chain.s[good++];
-        if (walked < lap) {
-            at = good > 0 ? good - 1 : 0;
-            const std::size_t to = std::min(at + 1, chain.good.size() - 1);
-            const Vec2 segment = chain.good[to] - chain.good[at];
-            const double length = segment.norm();
-            // A good point is at its own place; a bad one is projected between its good neighbours.
-            const double along =
-                length > 0.0 ? std::clamp((p - chain.good[at]).dot(segment) / length, 0.0, length) : 0.0;
-            place[k] = p == chain.good[at] ? chain.s[at] : chain.s[at] + along;
-            if (place[k] >= lap) place[k] -= lap;
-            continue;
-        }
-        if (k == 0 || at + 1 > last || place[k - 1] > chain.s[last]) at = 0;
-        const auto project = [&](std::size_t j, double& along) {
-            const Vec2 segment = chain.good[j + 1] - chain.good[j];
-            const double length = segment.norm();
-            along = length > 0.0 ? std::clamp((p - chain.good[j]).dot(segment) / length, 0.0, length) : 0.0;
-            return (chain.good[j] + segment * (length > 0.0 ? along / length : 0.0) - p).squaredNorm();
-        };
-        double along = 0.0, best = project(at, along);
-        for (std::size_t j = at + 1; j <= std::min(last, at + 12); ++j) {
-            double candidate = 0.0;
-            if (const double d = project(j, candidate); d < best) {
-                best = d;
-                along = candidate;
-                at = j;
-            }
-        }
-        place[k] = std::fmod(chain.s[at] + along, lap);
+    for (const std::size_t i : usable) {
+        if (good < chain.good.size() && chain.good[good] == points[i]) walked = chain.s[good++];
+        const bool again = walked > length - least && !lap.index.empty();
+        (again ? lap.again : lap.index).push_back(i);
     }
-    return place;
 }
 
 void turn_counter_clockwise(std::span<const Vec2> points, const std::vector<char>& is_bad, Lap& lap) {
@@ -192,17 +161,8 @@ core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std:
         lap_length = passes_again(chain, start);
 
     Lap lap;
-    lap.index = usable;
     if (lap_length > 0.0) {
-        const std::vector<double> place = places_on_lap(points, usable, chain, lap_length);
-        std::vector<std::size_t> by_place(usable.size());
-        std::iota(by_place.begin(), by_place.end(), std::size_t{0});
-        std::stable_sort(by_place.begin(), by_place.end(),
-                         [&](std::size_t a, std::size_t b) { return place[a] < place[b]; });
-        for (std::size_t k = 0; k < by_place.size(); ++k)
-            lap.index[k] = usable[by_place[k]];
-        lap.overlap =
-            static_cast<std::size_t>(chain.s.end() - std::lower_bound(chain.s.begin(), chain.s.end(), lap_length));
+        take_first_lap(points, usable, chain, lap_length, lap);
     } else {
         const double gap = (chain.good.front() - chain.good.back()).norm();
         const double step = std::max(chain.step_near(0, 8), chain.step_near(chain.good.size() - 1, 8));
@@ -210,6 +170,7 @@ core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std:
             return core::fail(ErrorCode::fit_not_evaluable, "section: open, its ends are " + core::length_text(gap) +
                                                                 " apart where the points are " +
                                                                 core::length_text(step) + " apart");
+        lap.index = usable;
     }
     std::vector<char> is_bad(points.size(), 0);
     for (std::size_t k = 0; k < usable.size(); ++k)

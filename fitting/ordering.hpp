@@ -14,7 +14,8 @@ namespace cmm::fitting {
 /// is the good point farthest from the middle), so neither do the results.
 struct Lap {
     std::vector<std::size_t> index;
-    std::size_t overlap = 0;  ///< points that were taken after the scan had passed its start
+    std::vector<std::size_t>
+        again;  ///< taken after the scan had passed its start: a second measurement, not in `index`
     bool was_clockwise = false;
 };
 
@@ -22,9 +23,9 @@ struct Lap {
 std::vector<std::size_t> usable_points(std::span<const Vec2> points, std::span<const char> excluded,
                                        std::vector<char>& duplicate);
 
-/// Closes the chain `points[usable]`: finds where it passes its start, sorts the overlap in, and turns it
-/// counter-clockwise. Bad points are tolerated (they are set aside by the open-chain test first) and keep their place
-/// in the lap. Errors: fit_not_evaluable (too few points, open, no area).
+/// Closes the chain `points[usable]`: finds where it passes its start, sets the overlap aside, and turns the
+/// lap counter-clockwise. Bad points are tolerated (they are set aside by the open-chain test first) and keep their
+/// place in the lap. Errors: fit_not_evaluable (too few points, open, no area).
 core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std::size_t>& usable,
                             double closing_gap_factor, double reject_floor_mm);
 

@@ -5,13 +5,10 @@
 #include <span>
 #include <vector>
 
+#include "fitting/spline_residual.hpp"
 #include "fitting/vec2.hpp"
 
 namespace cmm::fitting {
-
-/// Signed distance of `p` to the cubic through two points before (a, b) and two after it (c, d) (seed 000, A8);
-/// positive on the right-hand side of the travel.
-double spline_residual(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d, const Vec2& p);
 
 /// What the bad-point search found, per point of the chain.
 struct BadPoints {

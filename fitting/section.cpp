@@ -58,6 +58,7 @@ class SectionFitter {
         auto lap = order_lap(centres_, usable, options_.closing_gap_factor, options_.reject_floor_mm);
         if (!lap) return tl::unexpected(lap.error());
         index_ = std::move(lap->index);
+        again_ = std::move(lap->again);
         for (const std::size_t i : index_)
             points_.push_back(centres_[i]);
         fit_.closed = true;
@@ -71,6 +72,7 @@ class SectionFitter {
                               "section: too many points disagree with their neighbours (" +
                                   std::to_string(found.count) + " of " + std::to_string(points_.size()) + ")");
         residual_ = found.residual;
+        again_threshold_mm_ = *std::min_element(found.threshold_mm.begin(), found.threshold_mm.end());
         reason_.assign(points_.size(), RejectReason::none);
         for (std::size_t k = 0; k < points_.size(); ++k)
             if (found.bad[k]) reason_[k] = RejectReason::spline_residual;
@@ -144,6 +146,14 @@ class SectionFitter {
         return std::copysign((p - jet.position).norm(), (p - jet.position).dot(jet.right_normal()));
     }
 
+    /// Parameter of the fitted point nearest to p.
+    double nearest_parameter(const Vec2& p) const {
+        const auto nearest = std::min_element(good_.begin(), good_.end(), [&](const Vec2& a, const Vec2& b) {
+            return (a - p).squaredNorm() < (b - p).squaredNorm();
+        });
+        return smooth_.parameter[static_cast<std::size_t>(nearest - good_.begin())];
+    }
+
     void estimate_noise() {
         double squares = 0.0;
         for (const double r : smooth_.residual)
@@ -173,6 +183,12 @@ class SectionFitter {
     void write_verdicts() {
         for (std::size_t k = 0; k < points_.size(); ++k)
             fit_.verdicts[index_[k]] = {reason_[k], residual_[k]};
+        // The overlap of the scan is judged by the curve that its first measurement gave.
+        for (const std::size_t i : again_) {
+            const double residual = distance_near(centres_[i], nearest_parameter(centres_[i]));
+            const bool bad = std::abs(residual) > reject_share * again_threshold_mm_;
+            fit_.verdicts[i] = {bad ? RejectReason::fit_residual : RejectReason::none, residual};
+        }
         fit_.rejected = static_cast<std::size_t>(std::count_if(
             fit_.verdicts.begin(), fit_.verdicts.end(), [](const auto& v) { return v.reason != RejectReason::none; }));
     }
@@ -181,7 +197,9 @@ class SectionFitter {
     std::span<const Vec2> centres_;
     const SectionOptions& options_;
     std::vector<std::size_t> index_;  // lap position -> input index
-    std::vector<Vec2> points_;        // by lap position, like the next two
+    std::vector<std::size_t> again_;  // input indices of the overlap
+    double again_threshold_mm_ = 0.0;
+    std::vector<Vec2> points_;  // by lap position, like the next two
     std::vector<RejectReason> reason_;
     std::vector<double> residual_;
     std::vector<Vec2> good_;  // the points that smooth_ was fitted to
