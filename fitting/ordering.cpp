@@ -16,6 +16,8 @@ using core::ErrorCode;
 constexpr std::size_t least_points = 16;
 constexpr double duplicate_share = 0.02;     // of the median spacing: nearer than that says nothing about direction
 constexpr double least_closing_share = 0.3;  // of the spacing: nearer to the first point a last one repeats it
+constexpr double back_lateral_mm = 0.015;    // noise and chord error: nearer to the stretch just measured is on it
+constexpr std::size_t back_reach = 12;       // points that a scan may step back
 constexpr std::size_t start_tries = 6;       // the first points of a scan may be bad
 
 double median(std::vector<double> values) {
@@ -28,7 +30,8 @@ double median(std::vector<double> values) {
 /// The good points of the open chain and their cumulative chord lengths.
 struct Chain {
     std::vector<Vec2> good;
-    std::vector<char> bad;  // by usable point
+    std::vector<char> bad;       // by usable point
+    std::vector<char> repeated;  // by usable point: the scan had stepped back and measured the same stretch once more
     std::vector<double> s;
     double diagonal = 0.0;
 
@@ -41,6 +44,22 @@ struct Chain {
     }
 };
 
+/// Whether p lies on the stretch just measured, behind its end: the scan stepped back.
+bool steps_back(const Chain& chain, const Vec2& p) {
+    const std::size_t n = chain.good.size();
+    if (n < 4) return false;
+    const double step = chain.step_near(n - 1, 8);
+    const double lateral = std::min(back_lateral_mm, 0.3 * step);
+    for (std::size_t j = n > back_reach ? n - back_reach : 1; j < n; ++j) {
+        const Vec2 segment = chain.good[j] - chain.good[j - 1];
+        const double length = segment.norm();
+        const double along = std::clamp((p - chain.good[j - 1]).dot(segment) / length, 0.0, length);
+        const double behind = chain.s.back() - (chain.s[j - 1] + along);
+        if (behind > 0.5 * step && (chain.good[j - 1] + segment * (along / length) - p).norm() < lateral) return true;
+    }
+    return false;
+}
+
 Chain make_chain(std::span<const Vec2> points, const std::vector<std::size_t>& usable, double floor) {
     std::vector<Vec2> all;
     all.reserve(usable.size());
@@ -48,9 +67,14 @@ Chain make_chain(std::span<const Vec2> points, const std::vector<std::size_t>& u
         all.push_back(points[i]);
     Chain chain;
     chain.bad = find_bad_points(all, false, floor).bad;
+    chain.repeated.assign(all.size(), 0);
     Vec2 low = all.front(), high = low;
     for (std::size_t k = 0; k < all.size(); ++k) {
         if (chain.bad[k]) continue;
+        if (steps_back(chain, all[k])) {
+            chain.repeated[k] = 1;
+            continue;
+        }
         chain.s.push_back(chain.good.empty() ? 0.0 : chain.s.back() + (all[k] - chain.good.back()).norm());
         chain.good.push_back(all[k]);
         low = low.cwiseMin(all[k]);
@@ -91,9 +115,10 @@ void take_first_lap(std::span<const Vec2> points, const std::vector<std::size_t>
         least_closing_share * std::min(chain.step_near(0, 4), chain.step_near(chain.good.size() - 1, 4));
     double walked = 0.0;
     std::size_t good = 0;
-    for (const std::size_t i : usable) {
+    for (std::size_t k = 0; k < usable.size(); ++k) {
+        const std::size_t i = usable[k];
         if (good < chain.good.size() && chain.good[good] == points[i]) walked = chain.s[good++];
-        const bool again = walked > length - least && !lap.index.empty();
+        const bool again = chain.repeated[k] || (walked > length - least && !lap.index.empty());
         (again ? lap.again : lap.index).push_back(i);
     }
 }
@@ -170,7 +195,8 @@ core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std:
             return core::fail(ErrorCode::fit_not_evaluable, "section: open, its ends are " + core::length_text(gap) +
                                                                 " apart where the points are " +
                                                                 core::length_text(step) + " apart");
-        lap.index = usable;
+        for (std::size_t k = 0; k < usable.size(); ++k)
+            (chain.repeated[k] ? lap.again : lap.index).push_back(usable[k]);
     }
     std::vector<char> is_bad(points.size(), 0);
     for (std::size_t k = 0; k < usable.size(); ++k)

@@ -15,7 +15,7 @@ namespace cmm::fitting {
 struct Lap {
     std::vector<std::size_t> index;
     std::vector<std::size_t>
-        again;  ///< taken after the scan had passed its start: a second measurement, not in `index`
+        again;  ///< a second measurement of a stretch (past the start, after a step back): not in `index`
     bool was_clockwise = false;
 };
 
