@@ -11,6 +11,7 @@
 #include "fitting/contour.hpp"
 #include "fitting/ordering.hpp"
 #include "fitting/outliers.hpp"
+#include "fitting/runs.hpp"
 #include "fitting/smoothing.hpp"
 
 namespace cmm::fitting {
@@ -67,6 +68,7 @@ class SectionFitter {
 
     core::Status fit_centre_curve() {
         BadPoints found = find_bad_points(points_, true, options_.reject_floor_mm);
+        mark_bad_runs(points_, true, options_.reject_floor_mm, found);
         if (static_cast<double>(found.count) > most_bad_share * static_cast<double>(points_.size()) - 1.0)
             return core::fail(ErrorCode::fit_not_evaluable,
                               "section: too many points disagree with their neighbours (" +

@@ -38,7 +38,7 @@ std::vector<RealPart> real_parts(const TemporaryFolder& folder) {
     const std::string rotor1 = sections_of(data + "/hannover-4ac/1_Rotor1_Blade.crv");
     const std::string stator1 = sections_of(data + "/hannover-4ac/2_Stator1_Vane.crv");
     return {
-        {"engine_blade", mesh, mesh, heights(300, 370, 15)},
+        {"engine_blade", mesh, mesh, heights(300, 370, 15), 1.0, 0.2},
         {"hannover_rotor1", rotor1, rotor1, heights(80, 170, 10)},
         {"hannover_stator1", stator1, stator1, heights(88, 170, 10)},
         {"rotor37", sections_of(rotor37), sections_of(rotor37), heights(190, 240, 10)},
@@ -53,7 +53,8 @@ std::string write_part(const RealPart& part, const TemporaryFolder& folder, bool
     out << "\n[stylus]\nradius_mm = " << part.ball_radius_mm << "\n\n[scan]\nheights_mm = [";
     for (std::size_t i = 0; i < part.heights_mm.size(); ++i)
         out << (i > 0 ? ", " : "") << part.heights_mm[i];
-    out << "]\npitch_mm = 0.4\nedge_density = 4.0\nmax_speed_mm_s = 20\n\n[actual]\n" << part.actual;
+    out << "]\npitch_mm = " << part.pitch_mm << "\nedge_density = 4.0\nmax_speed_mm_s = 20\n\n[actual]\n"
+        << part.actual;
     out << "noise_um = 1.0\nbad_points_percent = 1.0\n";
     return file;
 }

@@ -16,6 +16,7 @@ struct RealPart {
     std::string nominal;            ///< the [nominal] lines of the run with a nominal
     std::vector<double> heights_mm;
     double ball_radius_mm = 1.0;
+    double pitch_mm = 0.4;
 };
 
 /// Where the data is; empty when it is not there.
