@@ -41,7 +41,7 @@ std::string snapshot_payload(std::size_t section, const LiveSnapshot& snapshot) 
         .text();
 }
 
-std::string final_payload(const SectionResult& section, double latency_ms) {
+std::string final_payload(const SectionResult& section, std::optional<double> latency_ms) {
     JsonFields fields;
     fields.add("section", section.index)
         .add("z_mm", section.z_mm, mm_digits)

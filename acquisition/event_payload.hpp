@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "acquisition/live_section.hpp"
@@ -12,7 +13,7 @@ namespace cmm::acquisition {
 
 std::string batch_payload(std::size_t section, std::uint64_t first_sequence, std::size_t count);
 std::string snapshot_payload(std::size_t section, const LiveSnapshot& snapshot);
-std::string final_payload(const SectionResult& section, double latency_ms);
+std::string final_payload(const SectionResult& section, std::optional<double> latency_ms);
 std::string rejected_payload(std::size_t section, const RecordedPoint& point);
 std::string characteristic_payload(std::size_t section, const Characteristic& characteristic);
 std::string decision_payload(std::size_t section, Decision decision);

@@ -45,7 +45,8 @@ class LiveSection {
     LiveSnapshot snapshot() const;
     const std::vector<RecordedPoint>& points() const { return points_; }
     const SectionSetup& setup() const { return *setup_; }
-    core::Duration last_sample_host_time() const { return last_host_time_; }
+    /// Nothing when all points were restored.
+    std::optional<core::Duration> last_sample_host_time() const { return last_host_time_; }
     double last_machine_time_s() const { return last_machine_time_s_; }
 
   private:
@@ -59,7 +60,7 @@ class LiveSection {
     std::vector<RecordedPoint> points_;
     std::size_t no_contact_ = 0;
     double length_mm_ = 0.0;
-    core::Duration last_host_time_{0};
+    std::optional<core::Duration> last_host_time_;
     double last_machine_time_s_ = 0.0;
     std::optional<double> foot_hint_mm_;
     std::array<double, 7> recent_{};

@@ -61,7 +61,7 @@ core::Status SampleIntake::on_samples(std::span<const core::Sample> samples) {
 
 void SampleIntake::emit_progress(bool force) {
     const std::size_t points = section_->points().size();
-    const std::int64_t now_ns = section_->last_sample_host_time().count();
+    const std::int64_t now_ns = section_->last_sample_host_time()->count();
     if (!force && points < shown_points_ + show_every_points && now_ns < shown_at_ns_ + show_every_ns) return;
     shown_points_ = points;
     shown_at_ns_ = now_ns;

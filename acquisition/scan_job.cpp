@@ -164,6 +164,7 @@ ScanJob::Step ScanJob::recover() {
     if (!request_.resume) {
         auto origin = co_await machine_.begin_run(std::nullopt);
         if (!origin) co_return tl::unexpected(origin.error());
+        owner_ = true;
         if (auto status = start_journal(*origin); !status) co_return status;
     } else {
         auto journal = Journal::open(request_.run_file);
@@ -184,6 +185,7 @@ ScanJob::Step ScanJob::recover() {
             drivers::RunOrigin{header.boot_id, header.sequence_shift, journal_->durable_sequence()};
         auto origin = co_await machine_.begin_run(before);
         if (!origin) co_return tl::unexpected(origin.error());
+        owner_ = true;
         if (origin->boot_id != header.boot_id || origin->sequence_shift != header.sequence_shift) {
             if (auto status = journal_->set_origin(origin->boot_id, origin->sequence_shift); !status) co_return status;
         }
@@ -249,6 +251,10 @@ ScanJob::Step ScanJob::restore_sections() {
         samples += section.points.size();
         const std::size_t expected = plan_.paths[section.index].points.size();
         if (section.finished || (expected > 0 && section.points.size() >= expected)) {
+            // The host was cut off between the last sample and this note.
+            if (!section.finished) {
+                if (auto status = journal_->finish_path(section.last_path); !status) co_return status;
+            }
             auto live = std::make_unique<LiveSection>(setups_[section.index], capabilities_.lsb_mm,
                                                       core::PartFromMachine(), expected);
             live->restore(section.points);
@@ -411,8 +417,9 @@ ScanJob::Step ScanJob::stop_machine() {
 }
 
 ScanJob::Step ScanJob::flush() {
-    if (!journal_) co_return core::Status{};
-    auto flushed = journal_->flush();
+    core::Status flushed;
+    if (journal_) flushed = journal_->flush();
+    if (!owner_) co_return flushed;
     // Without the release the next host waits for the watchdog; a link that is gone cannot carry it.
     auto released = co_await machine_.end_run();
     if (flushed && !released && !error_) co_return released;

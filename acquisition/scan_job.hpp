@@ -93,6 +93,7 @@ class ScanJob {
     SessionState state_ = SessionState::idle;
     std::optional<core::Error> error_;
     drivers::Capabilities capabilities_;
+    bool owner_ = false;  // of the machine, since begin_run
     std::shared_ptr<Journal> journal_;
     std::unique_ptr<SampleIntake> intake_;
     Plan plan_;

@@ -62,17 +62,19 @@ void SectionFinisher::work() {
         busy_ = true;
         lock.unlock();
         auto result = judge_.finish(section->setup(), section->points());
-        const double latency_ms = core::seconds(clock_.now() - section->last_sample_host_time()) * 1e3;
+        std::optional<double> latency_ms;
+        if (const auto received = section->last_sample_host_time())
+            latency_ms = core::seconds(clock_.now() - *received) * 1e3;
         announce(result, section->last_machine_time_s(), latency_ms);
         lock.lock();
-        latencies_ms_.push_back(latency_ms);
+        if (latency_ms) latencies_ms_.push_back(*latency_ms);
         results_.push_back(std::move(result));
         busy_ = false;
         changed_.notify_all();
     }
 }
 
-void SectionFinisher::announce(const SectionResult& result, double t_machine_s, double latency_ms) {
+void SectionFinisher::announce(const SectionResult& result, double t_machine_s, std::optional<double> latency_ms) {
     events_.emit(EventKind::section_final, t_machine_s, final_payload(result, latency_ms));
     for (const auto& point : result.points) {
         if (point.verdict.reason == fitting::RejectReason::none) continue;

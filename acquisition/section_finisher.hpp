@@ -5,6 +5,7 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -35,12 +36,13 @@ class SectionFinisher {
     void submit(std::unique_ptr<LiveSection> section);
     /// Waits until all submitted sections are finished and hands them over, by index.
     std::vector<SectionResult> take_all();
-    /// From a section's last sample (host receive time) to its SectionFinal.
+    /// From a section's last sample (host receive time) to its SectionFinal; sections restored from a run file have
+    /// none.
     LatencySummary latency() const;
 
   private:
     void work();
-    void announce(const SectionResult& result, double t_machine_s, double latency_ms);
+    void announce(const SectionResult& result, double t_machine_s, std::optional<double> latency_ms);
 
     EventHub& events_;
     const core::Clock& clock_;

@@ -1,0 +1,390 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/scan_job.hpp"
+
+#include <array>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/io_context.hpp>
+#include <exception>
+#include <filesystem>
+
+#include "acquisition/clearance.hpp"
+#include "acquisition/run_results.hpp"
+#include "tests/acquisition/fake_machine.hpp"
+#include "tests/acquisition/temp_folder.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+using core::ErrorCode;
+
+struct Ran {
+    ScanOutcome outcome;
+    std::vector<Event> events;
+    const Event* find(EventKind kind) const {
+        for (const auto& event : events)
+            if (event.kind == kind) return &event;
+        return nullptr;
+    }
+};
+
+struct ScanJobTest : ::testing::Test {
+    core::ManualClock clock;
+    TempFolder folder;
+    std::string file = folder.path("run.cmmrun");
+    FakeMachine machine{clock};
+    SessionPart job;
+    std::string text = session_part_text();
+    std::function<void(ScanJob&)> with_job;
+
+    ScanRequest request(bool resume) const {
+        ScanRequest made;
+        made.part = parse_part_file(text, "blade.toml").value();
+        made.nominal = load_nominal(made.part.nominal).value();
+        made.run_file = file;
+        made.resume = resume;
+        made.machine_url = "test:";
+        made.software_version = "test";
+        made.run_id = resume ? "run-2" : "run-1";
+        made.started_utc = "2025-01-02T03:04:05Z";
+        return made;
+    }
+    Ran run(bool resume = false) {
+        boost::asio::io_context context;
+        EventHub events(clock);
+        const EventLog log(events);
+        ScanJob scan(request(resume), machine, clock, events);
+        if (with_job) with_job(scan);
+        Ran ran;
+        auto done = [&](const std::exception_ptr& thrown, ScanOutcome outcome) {
+            if (thrown) std::rethrow_exception(thrown);
+            ran.outcome = std::move(outcome);
+        };
+        boost::asio::co_spawn(context, scan.run(), done);
+        context.run();
+        ran.events = log.all();
+        return ran;
+    }
+    std::size_t points() const { return job.plan.paths[0].points.size() + job.plan.paths[1].points.size(); }
+    std::size_t durable() const {
+        auto journal = Journal::read(file);
+        EXPECT_TRUE(journal) << journal.error().text();
+        return journal ? (*journal)->samples().value().size() : 0;
+    }
+    /// A run that loses its link after so many samples, then a machine that works again.
+    void broken_run(std::size_t cut_after, std::size_t cut_keeps) {
+        machine.cut_after = cut_after;
+        machine.cut_keeps = cut_keeps;
+        const auto first = run();
+        ASSERT_TRUE(first.outcome.error);
+        EXPECT_EQ(first.outcome.error->code, ErrorCode::transport_closed);
+        EXPECT_EQ(durable(), cut_after);
+        forget();
+        machine.cut_after = 0;
+    }
+    void forget() {
+        machine.calls.clear();
+        machine.moves.clear();
+        machine.stops = 0;
+        machine.fail_at.clear();
+    }
+};
+
+TEST_F(ScanJobTest, MeasuresAndJudgesEverySection) {
+    const auto ran = run();
+    ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+    const auto& result = ran.outcome.result;
+    EXPECT_TRUE(result.complete);
+    EXPECT_EQ(result.verdict(), Decision::accept);
+    EXPECT_EQ(result.run_id, "run-1");
+    EXPECT_EQ(result.machine, "Fake 1 (test:)");
+    ASSERT_EQ(result.sections.size(), 2U);
+    for (const auto& section : result.sections)
+        EXPECT_TRUE(section.closed()) << section.why;
+    EXPECT_EQ(ran.outcome.samples, points());
+    EXPECT_EQ(ran.outcome.section_final.count, 2U);
+    EXPECT_EQ(machine.count("home"), 1U);
+    EXPECT_EQ(machine.count("qualify"), 1U);
+    EXPECT_EQ(machine.count("scan"), 2U);
+    EXPECT_EQ(machine.stops, 0U);
+    EXPECT_EQ(machine.calls.back(), "end_run");
+
+    ASSERT_FALSE(ran.events.empty());
+    EXPECT_EQ(ran.events.front().kind, EventKind::run_started);
+    EXPECT_EQ(ran.events.back().kind, EventKind::run_stopped);
+    EXPECT_TRUE(holds(ran.events.back().payload, "\"verdict\":\"accept\",\"complete\":true"))
+        << ran.events.back().payload;
+    EXPECT_EQ(ran.find(EventKind::machine_fault), nullptr);
+    for (std::size_t i = 0; i < ran.events.size(); ++i)
+        EXPECT_EQ(ran.events[i].seq, i + 1);
+
+    const auto journal = Journal::read(file);
+    ASSERT_TRUE(journal) << journal.error().text();
+    EXPECT_EQ((*journal)->samples()->size(), points());
+    EXPECT_EQ((*journal)->verdict().value(), "accept");
+    const auto again = results_of_run(file, nullptr);
+    ASSERT_TRUE(again) << again.error().text();
+    EXPECT_TRUE(again->complete);
+    for (std::size_t i = 0; i < 2; ++i) {
+        const auto& live = result.sections[i].fit->contour;
+        const auto& later = again->sections[i].fit->contour;
+        ASSERT_EQ(live.size(), later.size());
+        for (std::size_t k = 0; k < live.size(); ++k)
+            EXPECT_EQ(live[k].position_mm, later[k].position_mm);
+    }
+}
+
+TEST_F(ScanJobTest, ABadPartIsRejected) {
+    machine.contact = [](const drivers::PathPoint& point) {
+        return std::optional<Eigen::Vector3d>(point.centre_mm + 0.2 * point.normal);
+    };
+    const auto ran = run();
+    ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+    EXPECT_EQ(ran.outcome.result.verdict(), Decision::reject);
+}
+
+struct FailingCall {
+    const char* call;
+    std::size_t number;
+    bool owner;  ///< whether the job owns the machine by then
+};
+
+struct FailingCallTest : ScanJobTest, ::testing::WithParamInterface<FailingCall> {};
+
+TEST_P(FailingCallTest, StopsTheMachineAndKeepsWhatWasMeasured) {
+    const auto& at = GetParam();
+    machine.fail_at = at.call;
+    machine.fail_number = at.number;
+    machine.fail_code = ErrorCode::machine_fault;
+    const auto ran = run();
+    ASSERT_TRUE(ran.outcome.error);
+    EXPECT_EQ(ran.outcome.error->code, ErrorCode::machine_fault);
+    EXPECT_TRUE(holds(ran.outcome.error->text(), at.call + std::string(" failed"))) << ran.outcome.error->text();
+    EXPECT_FALSE(ran.outcome.result.complete);
+    EXPECT_NE(ran.outcome.result.verdict(), Decision::accept);
+    EXPECT_EQ(machine.stops, 1U);
+    EXPECT_EQ(machine.count("end_run"), at.owner ? 1U : 0U);
+    EXPECT_EQ(ran.outcome.samples, machine.delivered);
+    ASSERT_NE(ran.find(EventKind::machine_fault), nullptr);
+    EXPECT_EQ(ran.events.back().kind, EventKind::run_stopped);
+    EXPECT_TRUE(holds(ran.events.back().payload, "\"complete\":false"));
+    if (!at.owner) return;
+    EXPECT_EQ(durable(), machine.delivered);
+    EXPECT_EQ(Journal::read(file).value()->verdict().value(), "");
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    ScanJob, FailingCallTest,
+    ::testing::Values(FailingCall{"connect", 1, false}, FailingCall{"begin_run", 1, false},
+                      FailingCall{"state", 1, true}, FailingCall{"home", 1, true}, FailingCall{"qualify", 1, true},
+                      FailingCall{"move", 1, true}, FailingCall{"move", 3, true}, FailingCall{"scan", 1, true},
+                      FailingCall{"retract", 1, true}, FailingCall{"scan", 2, true}, FailingCall{"retract", 2, true}),
+    [](const auto& at) { return std::string(at.param.call) + std::to_string(at.param.number); });
+
+TEST_F(ScanJobTest, TheFaultTellsWhereItHappened) {
+    machine.fail_at = "retract";
+    machine.fail_number = 2;
+    const auto ran = run();
+    const auto* fault = ran.find(EventKind::machine_fault);
+    ASSERT_NE(fault, nullptr);
+    for (const auto* part :
+         {"\"state\":\"scanning\"", "\"section\":1", "\"path\":2", "while scanning section 1 (z 40.000 mm)"})
+        EXPECT_TRUE(holds(fault->payload, part)) << fault->payload;
+}
+
+TEST_F(ScanJobTest, AMachineThatStillMovesAfterTheStopIsReported) {
+    machine.fail_at = "scan";
+    machine.status.in_motion = true;
+    const auto ran = run();
+    ASSERT_TRUE(ran.outcome.error);
+    EXPECT_TRUE(holds(ran.outcome.error->text(), "scan failed"));  // the first failure is the one to repair
+    const auto& last = *std::find_if(ran.events.rbegin(), ran.events.rend(),
+                                     [](const Event& event) { return event.kind == EventKind::machine_fault; });
+    EXPECT_TRUE(holds(last.payload, "may_be_moving")) << last.payload;
+    EXPECT_EQ(machine.calls.back(), "end_run");
+}
+
+TEST_F(ScanJobTest, AStopRequestEndsTheScanUnderWay) {
+    with_job = [this](ScanJob& scan) {
+        machine.on_scanned = [&scan](std::size_t scanned) {
+            if (scanned == 40) scan.request_stop();
+        };
+    };
+    const auto ran = run();
+    ASSERT_TRUE(ran.outcome.error);
+    EXPECT_EQ(ran.outcome.error->code, ErrorCode::cancelled);
+    EXPECT_GE(machine.stops, 1U);
+    EXPECT_EQ(machine.count("scan"), 1U);
+    EXPECT_EQ(machine.calls.back(), "end_run");
+    EXPECT_EQ(durable(), 40U);
+    ASSERT_EQ(ran.outcome.result.sections.size(), 1U);  // what was measured until then
+    EXPECT_EQ(ran.outcome.result.sections[0].points.size(), 40U);
+    EXPECT_FALSE(ran.outcome.result.complete);
+}
+
+TEST_F(ScanJobTest, AStopRequestBetweenTheStepsStartsNoOther) {
+    with_job = [this](ScanJob& scan) {
+        machine.on_call = [&scan](const std::string& call) {
+            if (call == "home") scan.request_stop();
+        };
+    };
+    const auto ran = run();
+    ASSERT_TRUE(ran.outcome.error);
+    EXPECT_EQ(ran.outcome.error->code, ErrorCode::cancelled);
+    EXPECT_EQ(machine.count("qualify"), 0U);
+    EXPECT_EQ(machine.count("move"), 0U);
+    EXPECT_EQ(machine.calls.back(), "end_run");
+}
+
+TEST_F(ScanJobTest, AResumedRunFetchesTheRestAndSkipsWhatIsFinished) {
+    const std::size_t first = job.plan.paths[0].points.size();
+    ASSERT_NO_FATAL_FAILURE(broken_run(first + 25, 5));
+    const Eigen::Vector3d left_at = machine.status.position_mm;
+    const auto ran = run(true);
+    ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+    ASSERT_TRUE(machine.resumed_from);
+    EXPECT_EQ(machine.resumed_from->last_sequence, first + 25);
+    EXPECT_EQ(machine.resumed_from->boot_id, 77U);
+    EXPECT_EQ(machine.count("home"), 0U);
+    EXPECT_EQ(machine.count("qualify"), 0U);
+    EXPECT_EQ(machine.count("scan"), 1U);
+    EXPECT_EQ(machine.delivered, points());  // every point once
+    // The probe leaves the part along the normal before it goes anywhere.
+    ASSERT_FALSE(machine.moves.empty());
+    const auto normal = job.plan.paths[1].points[29].normal;
+    EXPECT_NEAR((machine.moves[0] - left_at - job.part.scan.approach_mm * normal).norm(), 0.0, 0.02);
+
+    const auto& result = ran.outcome.result;
+    EXPECT_TRUE(result.complete);
+    EXPECT_EQ(result.verdict(), Decision::accept);
+    EXPECT_EQ(result.run_id, "run-1");
+    ASSERT_EQ(result.sections.size(), 2U);
+    for (std::size_t i = 0; i < 2; ++i)
+        EXPECT_EQ(result.sections[i].points.size(), job.plan.paths[i].points.size());
+    EXPECT_EQ(ran.outcome.section_final.count, 1U);  // the restored section was not measured now
+    EXPECT_NE(ran.find(EventKind::resume), nullptr);
+    EXPECT_GT(ran.events.front().seq, 1U);
+    EXPECT_TRUE(results_of_run(file, nullptr)->complete);
+}
+
+TEST_F(ScanJobTest, ASectionWhoseLastPointsAreFetchedByTheResumeIsFinished) {
+    // Cut off after the last sample of the first section, before the path was marked as finished.
+    machine.fail_at = "retract";
+    ASSERT_TRUE(run().outcome.error);
+    forget();
+    const auto ran = run(true);
+    ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+    EXPECT_EQ(machine.count("scan"), 1U);
+    EXPECT_TRUE(ran.outcome.result.complete);
+    const auto again = results_of_run(file, nullptr);
+    ASSERT_TRUE(again) << again.error().text();
+    EXPECT_TRUE(again->complete);
+    EXPECT_EQ(again->verdict(), Decision::accept);
+}
+
+TEST_F(ScanJobTest, AnotherPartFileIsRefusedBeforeAnythingMoves) {
+    ASSERT_NO_FATAL_FAILURE(broken_run(30, 1));
+    text = session_part_text("0.9");
+    const auto ran = run(true);
+    ASSERT_TRUE(ran.outcome.error);
+    EXPECT_EQ(ran.outcome.error->code, ErrorCode::config_invalid);
+    EXPECT_TRUE(holds(ran.outcome.error->message, file));
+    for (const auto* call : {"begin_run", "home", "move", "scan", "drain", "end_run"})
+        EXPECT_EQ(machine.count(call), 0U) << call;
+    EXPECT_EQ(durable(), 30U);
+}
+
+TEST_F(ScanJobTest, ARunFileThatExistsIsNotOverwrittenAndTheMachineGivenBack) {
+    folder.write("run.cmmrun", "precious");
+    const auto ran = run();
+    ASSERT_TRUE(ran.outcome.error);
+    EXPECT_EQ(ran.outcome.error->code, ErrorCode::journal_io);
+    EXPECT_EQ(machine.count("home"), 0U);
+    EXPECT_EQ(machine.calls.back(), "end_run");
+    EXPECT_EQ(std::filesystem::file_size(file), 8U);
+}
+
+TEST_F(ScanJobTest, APlanOutsideTheTravelMovesNothing) {
+    machine.caps.limit_max_mm.x() = 5.0;
+    const auto ran = run();
+    ASSERT_TRUE(ran.outcome.error);
+    EXPECT_EQ(ran.outcome.error->code, ErrorCode::plan_invalid);
+    EXPECT_EQ(machine.count("begin_run"), 0U);
+    EXPECT_FALSE(std::filesystem::exists(file));
+}
+
+/// The same blade, but the job has no nominal: it is found by touches and followed.
+struct UnknownJobTest : ScanJobTest {
+    UnknownJobTest() {
+        text = R"([part]
+name = "unknown"
+[nominal]
+kind = "none"
+[stylus]
+radius_mm = 1.0
+[scan]
+heights_mm = [20, 40]
+pitch_mm = 1.0
+box_mm = [-25, -25, 25, 25]
+)";
+        machine.contact = [this](const drivers::PathPoint& point) { return servo(point); };
+    }
+    /// Along the normal until the ball touches, at most the search distance.
+    std::optional<Eigen::Vector3d> servo(const drivers::PathPoint& point) const {
+        const std::size_t level = point.centre_mm.z() < 30.0 ? 0 : 1;
+        const auto& outline = outlines[level];
+        const auto gap = [&](const Eigen::Vector3d& p) { return distance_to_outline(p.head<2>(), outline) - 1.0; };
+        const bool free = gap(point.centre_mm) > 0.0;
+        const Eigen::Vector3d way = free ? Eigen::Vector3d(-point.normal) : point.normal;
+        for (double gone = 0.0; gone <= 1.5;) {
+            const double room = gap(point.centre_mm + gone * way);
+            if (free ? room < 1e-5 : room > -1e-5) return Eigen::Vector3d(point.centre_mm + gone * way);
+            gone += std::max(std::abs(room), 1e-6);
+        }
+        return std::nullopt;
+    }
+    std::array<std::vector<Eigen::Vector2d>, 2> outlines{job.nominal->cut(20.0)->points,
+                                                         job.nominal->cut(40.0)->points};
+};
+
+TEST_F(UnknownJobTest, FindsThePartAndGoesRoundIt) {
+    const auto ran = run();
+    ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+    EXPECT_TRUE(ran.outcome.result.complete);
+    ASSERT_EQ(ran.outcome.result.sections.size(), 2U);
+    for (std::size_t i = 0; i < 2; ++i) {
+        const auto& section = ran.outcome.result.sections[i];
+        ASSERT_TRUE(section.closed()) << section.why;
+        for (const auto& point : section.fit->contour)
+            EXPECT_LT(std::abs(distance_to_outline(point.position_mm, outlines.at(i))), 0.02);
+    }
+    EXPECT_GE(machine.count("touch"), 6U);  // three a section
+    EXPECT_TRUE(results_of_run(file, nullptr)->complete);
+}
+
+TEST_F(UnknownJobTest, IsResumedInTheMiddleOfASection) {
+    machine.cut_after = 60;
+    machine.cut_keeps = 1;
+    ASSERT_TRUE(run().outcome.error);
+    forget();
+    machine.cut_after = 0;
+    const auto ran = run(true);
+    ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+    EXPECT_TRUE(ran.outcome.result.complete);
+    ASSERT_EQ(ran.outcome.result.sections.size(), 2U);
+    for (const auto& section : ran.outcome.result.sections)
+        EXPECT_TRUE(section.closed()) << section.why;
+    EXPECT_EQ(machine.count("scan"), 2U);
+}
+
+TEST_F(UnknownJobTest, NothingThereIsSaidSo) {
+    machine.contact = [](const drivers::PathPoint&) { return std::optional<Eigen::Vector3d>(); };
+    const auto ran = run();
+    ASSERT_TRUE(ran.outcome.error);
+    EXPECT_EQ(ran.outcome.error->code, ErrorCode::machine_no_contact);
+    EXPECT_TRUE(holds(ran.outcome.error->message, "no part was found")) << ran.outcome.error->text();
+    EXPECT_EQ(machine.count("scan"), 0U);
+    EXPECT_GT(machine.count("touch"), 3U);
+}
+
+}  // namespace
+}  // namespace cmm::acquisition
