@@ -26,6 +26,9 @@ constexpr std::size_t supple_span = 3;
 constexpr double clear_share = 2.0;  // of the threshold: above it the good neighbours' word stands
 constexpr int most_rounds = 5;       // of fit, reject, restore
 constexpr double most_bad_share = 0.2;
+constexpr int most_cuts = 4;              // tangles are cut so often
+constexpr double turning_back_rad = 2.2;  // from one step to the next
+constexpr std::size_t longest_loop = 14;  // points
 
 /// The lap with its fit and everything derived from it on the way to the SectionFit.
 class SectionFitter {
@@ -78,15 +81,62 @@ class SectionFitter {
         reason_.assign(points_.size(), RejectReason::none);
         for (std::size_t k = 0; k < points_.size(); ++k)
             if (found.bad[k]) reason_[k] = RejectReason::spline_residual;
+        core::Status turns;
+        for (int cuts = 0; cuts < most_cuts; ++cuts) {
+            if (auto status = fit_rounds(found, cuts); !status) return status;
+            turns = check_turning();
+            if (turns || !cut_tangles()) break;
+        }
+        if (!turns) return turns;
+        estimate_noise();
+        return {};
+    }
+
+    /// Fit, reject, restore, until nothing changes. After a tangle was cut, verdicts stand.
+    core::Status fit_rounds(const BadPoints& found, int cuts) {
         for (int round = 0; round < most_rounds; ++round) {
             collect_good_points();
             auto smooth = smooth_closed(good_, found.sigma_mm, round == 0 ? stiff_span : supple_span);
             if (!smooth) return tl::unexpected(smooth.error());
             smooth_ = std::move(*smooth);
-            if (!revise_verdicts(found, round) && round > 0) break;
+            if (cuts > 0 || (!revise_verdicts(found, round) && round > 0)) break;
         }
-        estimate_noise();
-        return check_turning();
+        return {};
+    }
+
+    /// Where the points themselves run back and forth (a ball that fell from one flank of a sharp hollow to the other),
+    /// the order of measurement is not the order on the curve: points that turn back on the spot and short loops are
+    /// set aside. False when there is nothing of the kind.
+    bool cut_tangles() {
+        std::vector<std::size_t> at;  // lap positions of the fitted points
+        for (std::size_t k = 0; k < points_.size(); ++k)
+            if (reason_[k] == RejectReason::none) at.push_back(k);
+        const std::size_t n = at.size();
+        const auto point = [&](std::size_t i) -> const Vec2& { return points_[at[i % n]]; };
+        std::vector<char> cut(n, 0);
+        for (std::size_t i = 0; i < n; ++i) {
+            const Vec2 in = point(i + 1) - point(i), out = point(i + 2) - point(i + 1);
+            if (std::abs(turn_angle(in, out)) > turning_back_rad) cut[(i + 1) % n] = 1;
+            for (std::size_t j = i + 2; j < i + longest_loop; ++j) {
+                if (!segments_cross(point(i), point(i + 1), point(j), point(j + 1))) continue;
+                for (std::size_t k = i + 1; k <= j; ++k)
+                    cut[k % n] = 1;
+                break;
+            }
+        }
+        bool any = false;
+        for (std::size_t i = 0; i < n; ++i) {
+            if (!cut[i]) continue;
+            reason_[at[i]] = RejectReason::fit_residual;
+            any = true;
+        }
+        return any;
+    }
+
+    static bool segments_cross(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
+        const double c_side = cross(b - a, c - a), d_side = cross(b - a, d - a);
+        const double a_side = cross(d - c, a - c), b_side = cross(d - c, b - c);
+        return c_side * d_side < 0.0 && a_side * b_side < 0.0;
     }
 
     void collect_good_points() {
