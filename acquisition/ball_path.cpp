@@ -110,12 +110,28 @@ double middle_of_suction(const fitting::NominalSection& section) {
     return curve.wrap(section.zone_at(curve.wrap(after_le)) == fitting::Zone::suction ? after_le : after_te);
 }
 
-/// Between two points of the dense path: exactly, by the contact on the contour, unless they touch different places.
-BallPoint between(const BallPoint& a, const BallPoint& b, double part, const ClosedCurve& contour, double radius) {
+/// Between two points of the dense path: exactly, by the contact on the contour, unless a hollow that the ball bridges
+/// lies between their contacts.
+BallPoint between(const BallPoint& a, const BallPoint& b, double part, const ClosedCurve& contour, double radius,
+                  double dense_step) {
     const double apart = contour.ahead(a.contour_mm, b.contour_mm);
-    if (apart < 0.01 * contour.length()) return ball_point(contour, a.contour_mm + part * apart, radius);
+    if (apart < 1.01 * dense_step) return ball_point(contour, a.contour_mm + part * apart, radius);
     return {a.centre_mm + part * (b.centre_mm - a.centre_mm), (a.normal + part * (b.normal - a.normal)).normalized(),
             a.contour_mm, 0.0};
+}
+
+/// Where the contour is concave and sharper than the ball for a very short stretch, the parallel curve runs back and
+/// forth without entering the material by anything that shows: only what lies ahead of the last point is kept.
+std::vector<BallPoint> forward_only(const std::vector<BallPoint>& points) {
+    std::vector<BallPoint> kept;
+    for (const auto& point : points) {
+        if (!kept.empty()) {
+            const Vector2d& n = kept.back().normal;
+            if ((point.centre_mm - kept.back().centre_mm).dot(Vector2d(-n.y(), n.x())) <= 0.0) continue;
+        }
+        kept.push_back(point);
+    }
+    return kept;
 }
 
 }  // namespace
@@ -144,6 +160,8 @@ BallPath ball_path(const ClosedCurve& contour, double ball_radius_mm) {
         const double free = s_at(blocked(i) ? i + 1 : i), other = s_at(blocked(i) ? i : i + 1);
         path.points.push_back(ball_point(contour, last_free(contour, free, other, ball_radius_mm), ball_radius_mm));
     }
+    path.points = forward_only(path.points);
+    path.dense_step_mm = contour.length() / static_cast<double>(n);
     return path;
 }
 
@@ -175,7 +193,8 @@ std::vector<BallPoint> sample_ball_path(const BallPath& path, const fitting::Nom
             ++k;
         const std::size_t i = (first + k) % n;
         const double part = (target - taken[k]) / (taken[k + 1] - taken[k]);
-        points.push_back(between(dense[i], dense[(i + 1) % n], part, section.curve(), ball_radius_mm));
+        points.push_back(
+            between(dense[i], dense[(i + 1) % n], part, section.curve(), ball_radius_mm, path.dense_step_mm));
         points.back().step_mm = step[i];
     }
     for (std::size_t j = 0; j <= options.overlap; ++j)

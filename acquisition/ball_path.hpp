@@ -26,6 +26,7 @@ struct UnreachedPlace {
 struct BallPath {
     std::vector<BallPoint> points;  ///< closed, counter-clockwise, dense
     std::vector<UnreachedPlace> unreached;
+    double dense_step_mm = 0.0;  ///< of the contacts on the contour
 };
 
 /// The outward parallel curve of a contour at the ball radius. Loops, where the ball does not fit, are cut off at their
