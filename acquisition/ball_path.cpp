@@ -110,14 +110,13 @@ double middle_of_suction(const fitting::NominalSection& section) {
     return curve.wrap(section.zone_at(curve.wrap(after_le)) == fitting::Zone::suction ? after_le : after_te);
 }
 
-/// Between two points of the dense path: exactly, by the contact on the contour, unless a hollow that the ball bridges
-/// lies between their contacts.
+/// Between two points of the dense path: exactly, by the contact on the contour; where a hollow lies between their
+/// contacts, the nearer of the two.
 BallPoint between(const BallPoint& a, const BallPoint& b, double part, const ClosedCurve& contour, double radius,
                   double dense_step) {
     const double apart = contour.ahead(a.contour_mm, b.contour_mm);
     if (apart < 1.01 * dense_step) return ball_point(contour, a.contour_mm + part * apart, radius);
-    return {a.centre_mm + part * (b.centre_mm - a.centre_mm), (a.normal + part * (b.normal - a.normal)).normalized(),
-            a.contour_mm, 0.0};
+    return part < 0.5 ? a : b;
 }
 
 /// Where the contour is concave and sharper than the ball for a very short stretch, the parallel curve runs back and
@@ -193,9 +192,9 @@ std::vector<BallPoint> sample_ball_path(const BallPath& path, const fitting::Nom
             ++k;
         const std::size_t i = (first + k) % n;
         const double part = (target - taken[k]) / (taken[k + 1] - taken[k]);
-        points.push_back(
-            between(dense[i], dense[(i + 1) % n], part, section.curve(), ball_radius_mm, path.dense_step_mm));
-        points.back().step_mm = step[i];
+        auto point = between(dense[i], dense[(i + 1) % n], part, section.curve(), ball_radius_mm, path.dense_step_mm);
+        point.step_mm = step[i];
+        if (points.empty() || point.centre_mm != points.back().centre_mm) points.push_back(point);
     }
     for (std::size_t j = 0; j <= options.overlap; ++j)
         points.push_back(points[j]);

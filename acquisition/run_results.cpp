@@ -127,7 +127,8 @@ core::Result<PartResult> results_of_points(const std::vector<PointSection>& sect
     std::uint64_t sequence = 0;
     SectionJudge judge;
     for (std::size_t i = 0; i < sections.size(); ++i) {
-        auto setup = make_section_setup(used, nominal->get(), i, planned_height(sections[i].z_mm(), used.scan.heights_mm));
+        auto setup =
+            make_section_setup(used, nominal->get(), i, planned_height(sections[i].z_mm(), used.scan.heights_mm));
         if (!setup) return tl::unexpected(setup.error());
         setup->name = sections[i].name;
         std::vector<RecordedPoint> points;

@@ -36,10 +36,10 @@ struct SectionSetup {
 core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nominal* nominal, std::size_t index,
                                               double z_mm);
 
-/// The one way from points to judged sections: bad points, fit, deviations, characteristics, decisions; scan, run file and
-/// point file all take it. Give it a part's sections in order: without a nominal or hint the first section's edge with the
-/// larger radius is the LE, and the following sections take the edge next to it, so that near-equal edges do not change
-/// their names from section to section. One owner; deterministic.
+/// The one way from points to judged sections: bad points, fit, deviations, characteristics, decisions; scan, run file
+/// and point file all take it. Give it a part's sections in order: without a nominal or hint the first section's edge
+/// with the larger radius is the LE, and the following sections take the edge next to it, so that near-equal edges do
+/// not change their names from section to section. One owner; deterministic.
 class SectionJudge {
   public:
     /// Verdicts that the points bring along (no contact, by operator) are kept; the others are found anew.

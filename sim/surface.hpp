@@ -12,9 +12,9 @@ namespace cmm::sim {
 
 /// The nearest point of a part to a ball centre.
 struct Contact {
-    double distance_mm = 0.0;                              ///< signed: negative inside the material
-    Eigen::Vector3d point = Eigen::Vector3d::Zero();       ///< on the surface
-    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();     ///< unit, out of the material
+    double distance_mm = 0.0;                           ///< signed: negative inside the material
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();    ///< on the surface
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< unit, out of the material
 };
 
 struct Box {
@@ -38,14 +38,15 @@ class Surface {
     Surface& operator=(const Surface&) = default;
 };
 
-/// What the simulator takes from a part file ([nominal] for its geometry, [actual] for what differs, [stylus], [scan] pitch).
+/// What the simulator takes from a part file ([nominal] for its geometry, [actual] for what differs, [stylus], [scan]
+/// pitch).
 struct Part {
     std::string name;
     std::shared_ptr<const Surface> surface;
     double ball_radius_mm = 1.0;
-    double noise_mm = 0.0;                  ///< standard deviation along the normal
-    double bad_points_share = 0.0;          ///< 0 ... 1 of the recorded points
-    std::vector<std::string> remarks;       ///< what the user should know about the geometry, e.g. a mesh with holes
+    double noise_mm = 0.0;             ///< standard deviation along the normal
+    double bad_points_share = 0.0;     ///< 0 ... 1 of the recorded points
+    std::vector<std::string> remarks;  ///< what the user should know about the geometry, e.g. a mesh with holes
 };
 
 /// Reads the part file (docs/part-file.md). Errors: config_*, input_*.

@@ -172,13 +172,14 @@ TEST_P(FailingCallTest, StopsTheMachineAndKeepsWhatWasMeasured) {
     EXPECT_EQ(Journal::read(file).value()->verdict().value(), "");
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    ScanJob, FailingCallTest,
-    ::testing::Values(FailingCall{"connect", 1, false}, FailingCall{"begin_run", 1, false},
-                      FailingCall{"state", 1, true}, FailingCall{"home", 1, true}, FailingCall{"qualify", 1, true},
-                      FailingCall{"move", 1, true}, FailingCall{"move", 3, true}, FailingCall{"scan", 1, true},
-                      FailingCall{"retract", 1, true}, FailingCall{"scan", 2, true}, FailingCall{"retract", 2, true}),
-    [](const auto& at) { return std::string(at.param.call) + std::to_string(at.param.number); });
+INSTANTIATE_TEST_SUITE_P(ScanJob, FailingCallTest,
+                         ::testing::Values(FailingCall{"connect", 1, false}, FailingCall{"begin_run", 1, false},
+                                           FailingCall{"state", 1, true}, FailingCall{"home", 1, true},
+                                           FailingCall{"qualify", 1, true}, FailingCall{"move", 1, true},
+                                           FailingCall{"move", 3, true}, FailingCall{"scan", 1, true},
+                                           FailingCall{"retract", 1, true}, FailingCall{"scan", 2, true},
+                                           FailingCall{"retract", 2, true}),
+                         [](const auto& at) { return std::string(at.param.call) + std::to_string(at.param.number); });
 
 TEST_F(ScanJobTest, TheFaultTellsWhereItHappened) {
     machine.fail_at = "retract";

@@ -7,13 +7,14 @@
 
 #include "tests/support/process.hpp"
 
-/// Blades that nobody on this project made, as part files for the simulator and the host (../shared/data, read in place).
+/// Blades that nobody on this project made, as part files for the simulator and the host (../shared/data, read in
+/// place).
 namespace cmm::test {
 
 struct RealPart {
     std::string name;
-    std::string actual;             ///< the [actual] geometry, TOML lines
-    std::string nominal;            ///< the [nominal] lines of the run with a nominal
+    std::string actual;   ///< the [actual] geometry, TOML lines
+    std::string nominal;  ///< the [nominal] lines of the run with a nominal
     std::vector<double> heights_mm;
     double ball_radius_mm = 1.0;
     double pitch_mm = 0.4;
