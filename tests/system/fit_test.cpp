@@ -124,7 +124,12 @@ TEST_F(Fit, PointsOnThePartTakeNoBall) {
 }
 
 TEST_F(Fit, GateAndExportGoOnFromTheRun) {
-    EXPECT_EQ(run({cmmlive(), "gate", folder_ / "scan", "--gate", "config/gates/demo-tight.toml"}).exit_code, 1);
+    // Limits below what the measurement can decide, then a blade that the same limits reject.
+    EXPECT_EQ(run({cmmlive(), "gate", folder_ / "scan", "--gate", "config/gates/demo-tight.toml"}).exit_code, 2);
+    const auto bad =
+        run({cmmlive(), "demo", "--part", "config/parts/demo-bad.toml", "--speed", "0", "--out", folder_ / "bad"});
+    EXPECT_EQ(bad.exit_code, 1) << bad.err;
+    EXPECT_EQ(run({cmmlive(), "gate", folder_ / "bad", "--gate", "config/gates/demo-tight.toml"}).exit_code, 1);
     EXPECT_EQ(run({cmmlive(), "gate", folder_ / "scan", "--gate", "config/parts/demo.toml"}).exit_code, 0);
     EXPECT_EQ(run({cmmlive(), "export", folder_ / "scan", "--format", "json", "--out", folder_ / "r.json"}).exit_code,
               0);
