@@ -2,7 +2,10 @@
 #include "acquisition/scan_job.hpp"
 
 #include <algorithm>
+#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -269,7 +272,21 @@ ScanJob::Step ScanJob::restore_sections() {
 
 /// Where the probe stands, with a stop or fault of before cleared so that it may move again.
 boost::asio::awaitable<core::Result<Eigen::Vector3d>> ScanJob::ready() {
-    const auto now = co_await machine_.state();
+    // A motion that a killed host began may still be running: end it and see it end, before anything else is asked.
+    constexpr int most_looks = 250;
+    boost::asio::steady_timer pause(co_await boost::asio::this_coro::executor);
+    auto now = co_await machine_.state();
+    // On a path that ran out of points it stands still, and the scan goes on all the same.
+    const auto busy = [](const drivers::MachineStatus& status) {
+        return status.in_motion || status.state == drivers::MachineState::scanning ||
+               status.state == drivers::MachineState::starved;
+    };
+    if (now && busy(*now)) machine_.stop(drivers::StopKind::controlled);
+    for (int look = 0; now && busy(*now) && look < most_looks; ++look) {
+        pause.expires_after(std::chrono::milliseconds(20));
+        co_await pause.async_wait(boost::asio::use_awaitable);
+        now = co_await machine_.state();
+    }
     if (!now) co_return tl::unexpected(now.error());
     if (now->state == drivers::MachineState::stopped || now->state == drivers::MachineState::fault) {
         if (auto status = co_await machine_.clear_fault(); !status) co_return tl::unexpected(status.error());
@@ -322,7 +339,10 @@ boost::asio::awaitable<core::Result<bool>> ScanJob::approach() {
     if (plan_.paths[section_].points.empty() && restored_[section_].empty())
         co_return true;  // find_part goes there itself
     const auto start = start_of_section(plan_, plan_.paths[section_], setups_[section_], restored_[section_]);
-    for (const auto& point : travel_route(plan_, now->position_mm, start)) {
+    // Resumed beside the last contact: already there. Without a nominal no way round the part is known that is safer.
+    const bool beside = (now->position_mm - start).norm() < 2.0 * plan_.approach_mm && !restored_[section_].empty();
+    const auto route = beside ? std::vector<Eigen::Vector3d>{start} : travel_route(plan_, now->position_mm, start);
+    for (const auto& point : route) {
         if (auto status = co_await machine_.move(point, plan_.travel_speed_mm_s); !status) {
             core::Error error = status.error();
             error.with_context("on the way to " + section_text(section_, setups_[section_].z_mm));

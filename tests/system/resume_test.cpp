@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <filesystem>
 #include <map>
 
 #include "acquisition/journal.hpp"
@@ -50,14 +51,21 @@ TEST_P(Resume, AKilledHostLosesNothingAndDoublesNothing) {
     ASSERT_FALSE(machine.url().empty()) << machine.process().out();
     core::Rng rng(2026);
     int kills = 0;
+    const auto log_size = [&] {
+        std::error_code ignored;
+        const auto size = std::filesystem::file_size(machine.log(), ignored);
+        return ignored ? std::uintmax_t{0} : size;
+    };
     for (int attempt = 0; attempt < 20; ++attempt) {
+        const auto before = log_size();
         Process scan(scan_command(machine, part, out, attempt > 0), folder / ("scan-" + std::to_string(attempt)));
-        const auto life = std::chrono::milliseconds(150 + rng.below(450));
-        if (wait_for([&] { return !scan.running(); }, life)) {
-            // A resume that comes before the controller's watchdog has let the dead owner go, or a run that is done.
+        // From the first new samples on, at a random instant.
+        ASSERT_TRUE(wait_for([&] { return !scan.running() || log_size() > before + 400; }, std::chrono::seconds(60)));
+        if (wait_for([&] { return !scan.running(); }, std::chrono::milliseconds(1 + rng.below(250)))) {
             const auto finished = scan.wait(std::chrono::seconds(1));
             if (finished.exit_code == 0) break;
-            ADD_FAILURE() << "attempt " << attempt << " ended by itself: " << finished.err;
+            ADD_FAILURE() << "attempt " << attempt << " ended by itself with " << finished.exit_code << ": "
+                          << finished.err;
             return;
         }
         scan.signal(SIGKILL);
