@@ -193,6 +193,8 @@ ScanJob::Step ScanJob::recover() {
             if (auto status = journal_->set_origin(origin->boot_id, origin->sequence_shift); !status) co_return status;
         }
         intake_ = std::make_unique<SampleIntake>(*journal_, events_);
+        // At rest first: a path that the killed host began must not grow behind the samples that are fetched now.
+        if (const auto where = co_await ready(); !where) co_return tl::unexpected(where.error());
         auto drained = co_await machine_.drain(*intake_);
         if (!drained) co_return tl::unexpected(drained.error());
         if (auto status = journal_->flush(); !status) co_return status;
