@@ -67,7 +67,7 @@ class ContourBuilder {
             if (inside >= patch.from && inside <= patch.to) points.push_back(good_[i]);
         }
         EdgeArc arc;
-        const auto circle = fit_circle(points, fit_.noise_sigma_mm);
+        const auto circle = fit_circle(points, noise());
         if (!circle) {
             arc.why = circle.error().message;
             return arc;
@@ -76,6 +76,10 @@ class ContourBuilder {
         judge_arc(patch, arc);
         if (arc.used_in_contour) patches.push_back(patch);
         return arc;
+    }
+
+    Noise noise() const {
+        return {fit_.noise_sigma_mm, static_cast<double>(good_.size()) - static_cast<double>(smooth_.curve.spans())};
     }
 
     void judge_arc(const ArcPatch& patch, EdgeArc& arc) const {

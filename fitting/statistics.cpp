@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/statistics.hpp"
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace cmm::fitting {
+namespace {
+
+constexpr double normal_975 = 1.959963984540054;
+constexpr double normal_999 = 3.090232306167813;
+
+}  // namespace
+
+double coverage_95(double freedom) {
+    constexpr double p = 0.05;  // in both tails
+    const double n = freedom;
+    if (!(n >= 1.0)) return std::numeric_limits<double>::infinity();
+    if (n > 1e9) return normal_975;
+    if (n == 1.0) return std::cos(0.5 * std::numbers::pi * p) / std::sin(0.5 * std::numbers::pi * p);
+    if (n == 2.0) return std::sqrt(2.0 / (p * (2.0 - p)) - 2.0);
+    const double a = 1.0 / (n - 0.5), b = 48.0 / (a * a);
+    double c = ((20700.0 * a / b - 98.0) * a - 16.0) * a + 96.36;
+    const double d = ((94.5 / (b + c) - 3.0) / b + 1.0) * std::sqrt(a * std::numbers::pi / 2.0) * n;
+    double y = std::pow(d * p, 2.0 / n);
+    if (y <= 0.05 + a) {
+        y = ((1.0 / (((n + 6.0) / (n * y) - 0.089 * d - 0.822) * (n + 2.0) * 3.0) + 0.5 / (n + 4.0)) * y - 1.0) *
+                (n + 1.0) / (n + 2.0) +
+            1.0 / y;
+        return std::sqrt(n * y);
+    }
+    const double x = -normal_975;
+    if (n < 5.0) c += 0.3 * (n - 4.5) * (x + 0.6);
+    c += (((0.05 * d * x - 5.0) * x - 7.0) * x - 2.0) * x + b;
+    y = (((((0.4 * x * x + 6.3) * x * x + 36.0) * x * x + 94.5) / c - x * x - 3.0) / b + 1.0) * x;
+    return std::sqrt(n * std::expm1(a * y * y));
+}
+
+double chi_square_limit(double freedom, double z) {
+    const double a = 2.0 / (9.0 * freedom), root = 1.0 - a + z * std::sqrt(a);
+    return freedom * root * root * root;
+}
+
+Noise combined_noise(double squares, double freedom, const Noise& known) {
+    const Noise own{std::sqrt(squares / freedom), freedom};
+    if (!(known.freedom > 0.0) || !(known.sigma_mm > 0.0)) return own;
+    const double variance = known.sigma_mm * known.sigma_mm;
+    // Paulson 1942: a ratio of variances is a ratio of Wilson and Hilferty's normal cube roots.
+    const double a = 2.0 / (9.0 * freedom), b = 2.0 / (9.0 * known.freedom);
+    const double root = std::cbrt(squares / freedom / variance);
+    if ((1.0 - b) * root - (1.0 - a) > normal_999 * std::sqrt(b * root * root + a)) return own;
+    if (std::isinf(known.freedom)) return known;
+    const double both = known.freedom + freedom;
+    return {std::sqrt((known.freedom * variance + squares) / both), both};
+}
+
+}  // namespace cmm::fitting

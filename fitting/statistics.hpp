@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+namespace cmm::fitting {
+
+/// A standard deviation of measured points and what it rests on.
+struct Noise {
+    double sigma_mm = 0.0;
+    double freedom = 0.0;  ///< degrees of freedom behind it; 0: nothing is known, infinity: known exactly
+};
+
+/// The factor that makes a 95 % two-sided interval of a standard uncertainty with so many degrees of freedom (1 or
+/// more, infinity allowed): Student's t by Hill 1970, CACM algorithm 396.
+double coverage_95(double freedom);
+
+/// The value that a chi-square with `freedom` degrees of freedom exceeds with the probability of the standard normal
+/// deviate `z`: Wilson and Hilferty 1931, within 1 % at 0.1 % from 10 degrees of freedom on.
+double chi_square_limit(double freedom, double z);
+
+/// The noise of a fit whose orthogonal residuals have the sum of squares `squares` over `freedom` degrees of freedom,
+/// given what was known before: both estimates pooled, or the residuals alone where they are larger than the earlier
+/// knowledge allows with probability 0.999 (then they hold form error, too).
+Noise combined_noise(double squares, double freedom, const Noise& known);
+
+}  // namespace cmm::fitting

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/statistics.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace cmm::fitting {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+/// GUM (JCGM 100:2008), table G.2, 95 %.
+TEST(Statistics, StudentsTIsThatOfTheTable) {
+    for (const auto& [freedom, t] : {std::pair{1.0, 12.71},
+                                     {2.0, 4.30},
+                                     {3.0, 3.18},
+                                     {4.0, 2.78},
+                                     {5.0, 2.57},
+                                     {6.0, 2.45},
+                                     {7.0, 2.36},
+                                     {8.0, 2.31},
+                                     {9.0, 2.26},
+                                     {10.0, 2.23},
+                                     {15.0, 2.13},
+                                     {20.0, 2.09},
+                                     {30.0, 2.04},
+                                     {50.0, 2.01},
+                                     {100.0, 1.984},
+                                     {infinity, 1.960}})
+        EXPECT_NEAR(coverage_95(freedom), t, 0.0051) << freedom;
+    EXPECT_TRUE(std::isinf(coverage_95(0.0)));
+}
+
+/// Upper 0.1 % points of chi-square: Abramowitz and Stegun, table 26.8.
+TEST(Statistics, ChiSquareLimitIsThatOfTheTable) {
+    for (const auto& [freedom, limit] : {std::pair{10.0, 29.588}, {20.0, 45.315}, {30.0, 59.703}, {100.0, 149.449}})
+        EXPECT_NEAR(chi_square_limit(freedom, 3.0902), limit, 0.01 * limit) << freedom;
+}
+
+TEST(Statistics, NoiseIsPooledUnlessTheResidualsAreTooLarge) {
+    const Noise pooled = combined_noise(40.0 * 1.21, 40.0, {1.0, 60.0});
+    EXPECT_NEAR(pooled.sigma_mm, std::sqrt((60.0 + 48.4) / 100.0), 1e-14);
+    EXPECT_EQ(pooled.freedom, 100.0);
+    EXPECT_EQ(combined_noise(40.0 * 9.0, 40.0, {1.0, 60.0}).sigma_mm, 3.0);
+    EXPECT_EQ(combined_noise(40.0 * 1.2, 40.0, {1.0, infinity}).sigma_mm, 1.0);
+    EXPECT_EQ(combined_noise(40.0 * 4.0, 40.0, {}).sigma_mm, 2.0);
+    // The 0.1 % point of F(40, 60) is 2.41 (published tables).
+    EXPECT_EQ(combined_noise(40.0 * 2.37, 40.0, {1.0, 60.0}).freedom, 100.0);
+    EXPECT_EQ(combined_noise(40.0 * 2.46, 40.0, {1.0, 60.0}).freedom, 40.0);
+}
+
+}  // namespace
+}  // namespace cmm::fitting
