@@ -190,7 +190,7 @@ class Smoother {
             }
         }
         if (!normal.factor()) return false;
-        normal.solve(control);
+        normal.solve(std::span(control));
         build_curve(bases, control);
         return true;
     }

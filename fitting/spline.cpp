@@ -71,7 +71,7 @@ PiecewiseCubic interpolate_periodic(std::span<const Vec2> points, std::vector<do
         second[next] -= slope;
     }
     system.factor();  // diagonally dominant: cannot fail
-    system.solve(second);
+    system.solve(std::span(second));
     auto pieces = pieces_from(points, parameters, second);
     return {std::move(parameters), std::move(pieces), true};
 }
@@ -97,7 +97,7 @@ PiecewiseCubic interpolate_open(std::span<const Vec2> points, std::vector<double
     second.front() = start_derivative ? Vec2(second.front() - *start_derivative) : Vec2::Zero();
     second.back() = end_derivative ? Vec2(second.back() + *end_derivative) : Vec2::Zero();
     system.factor();
-    system.solve(second);
+    system.solve(std::span(second));
     auto pieces = pieces_from(points, parameters, second);
     return {std::move(parameters), std::move(pieces), false};
 }

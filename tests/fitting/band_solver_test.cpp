@@ -6,6 +6,7 @@
 #include <Eigen/Dense>
 
 #include "core/rng.hpp"
+#include "fitting/vec2.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -34,7 +35,7 @@ void compare(std::size_t n, bool cyclic) {
     }
     expected = dense.ldlt().solve(expected).eval();
     ASSERT_TRUE(band.factor());
-    band.solve(rhs);
+    band.solve(std::span(rhs));
     for (std::size_t i = 0; i < n; ++i)
         EXPECT_LT((rhs[i] - expected.row(static_cast<Eigen::Index>(i)).transpose()).norm(), 1e-12) << n << " " << i;
 }
