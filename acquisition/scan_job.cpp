@@ -2,17 +2,11 @@
 #include "acquisition/scan_job.hpp"
 
 #include <algorithm>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/this_coro.hpp>
-#include <boost/asio/use_awaitable.hpp>
-#include <chrono>
-#include <cmath>
 #include <utility>
 
 #include "acquisition/event_payload.hpp"
 #include "acquisition/json_text.hpp"
 #include "acquisition/plan_check.hpp"
-#include "acquisition/run_results.hpp"
 #include "acquisition/section_start.hpp"
 #include "core/text.hpp"
 
@@ -163,56 +157,6 @@ core::Status ScanJob::prepare() {
     return {};
 }
 
-ScanJob::Step ScanJob::recover() {
-    if (!request_.resume) {
-        auto origin = co_await machine_.begin_run(std::nullopt);
-        if (!origin) co_return tl::unexpected(origin.error());
-        owner_ = true;
-        if (auto status = start_journal(*origin); !status) co_return status;
-    } else {
-        auto journal = Journal::open(request_.run_file);
-        if (!journal) co_return tl::unexpected(journal.error());
-        journal_ = std::move(*journal);
-        const auto last_event = journal_->last_event_seq();
-        if (!last_event) co_return tl::unexpected(last_event.error());
-        events_.continue_after(*last_event);
-        const auto& header = journal_->header();
-        if (header.plan_hash != plan_.hash) {
-            co_return core::fail(
-                core::ErrorCode::config_invalid,
-                request_.run_file + ": was planned from another part file; use the part file of that run");
-        }
-        request_.run_id = header.run_id;
-        request_.started_utc = header.started_utc;
-        const std::optional<drivers::RunOrigin> before =
-            drivers::RunOrigin{header.boot_id, header.sequence_shift, journal_->durable_sequence()};
-        auto origin = co_await machine_.begin_run(before);
-        if (!origin) co_return tl::unexpected(origin.error());
-        owner_ = true;
-        if (origin->boot_id != header.boot_id || origin->sequence_shift != header.sequence_shift) {
-            if (auto status = journal_->set_origin(origin->boot_id, origin->sequence_shift); !status) co_return status;
-        }
-        intake_ = std::make_unique<SampleIntake>(*journal_, events_);
-        // At rest first: a path that the killed host began must not grow behind the samples that are fetched now.
-        if (const auto where = co_await ready(); !where) co_return tl::unexpected(where.error());
-        auto drained = co_await machine_.drain(*intake_);
-        if (!drained) co_return tl::unexpected(drained.error());
-        if (auto status = journal_->flush(); !status) co_return status;
-        if (auto status = co_await restore_sections(); !status) co_return status;
-    }
-    if (!intake_) intake_ = std::make_unique<SampleIntake>(*journal_, events_);
-    keep_events();
-    events_.emit(EventKind::run_started, 0.0,
-                 JsonFields()
-                     .add("run", request_.run_id)
-                     .add("part", request_.part.name)
-                     .add("machine", capabilities_.model)
-                     .add("sections", setups_.size())
-                     .add("ball_radius_mm", request_.part.stylus.radius_mm, 4)
-                     .text());
-    co_return core::Status{};
-}
-
 core::Status ScanJob::start_journal(const drivers::RunOrigin& origin) {
     Journal::Header header;
     header.run_id = request_.run_id;
@@ -241,78 +185,6 @@ void ScanJob::keep_events() {
         // A disk that fails shows at the next flush; an event must not end the run.
         if (const auto open = journal.lock()) (void)open->add_event(event.seq, to_string(event.kind), to_ndjson(event));
     });
-}
-
-ScanJob::Step ScanJob::restore_sections() {
-    auto recorded = recorded_sections(*journal_);
-    if (!recorded) co_return tl::unexpected(recorded.error());
-    std::size_t samples = 0;
-    for (auto& section : *recorded) {
-        if (section.index >= setups_.size()) {
-            co_return core::fail(core::ErrorCode::journal_corrupt,
-                                 request_.run_file + ": names a section that the plan does not have");
-        }
-        last_path_ = std::max(last_path_, section.last_path);
-        samples += section.points.size();
-        const std::size_t expected = plan_.paths[section.index].points.size();
-        if (section.finished || (expected > 0 && section.points.size() >= expected)) {
-            // The host was cut off between the last sample and this note.
-            if (!section.finished) {
-                if (auto status = journal_->finish_path(section.last_path); !status) co_return status;
-            }
-            auto live = std::make_unique<LiveSection>(setups_[section.index], capabilities_.lsb_mm,
-                                                      core::PartFromMachine(), expected);
-            live->restore(section.points);
-            section_completed(std::move(live));
-        } else {
-            restored_[section.index] = std::move(section.points);
-        }
-    }
-    events_.emit(EventKind::resume, 0.0, JsonFields().add("samples", samples).add("paths", recorded->size()).text());
-    co_return co_await leave_part();
-}
-
-/// Where the probe stands, with a stop or fault of before cleared so that it may move again.
-boost::asio::awaitable<core::Result<Eigen::Vector3d>> ScanJob::ready() {
-    // A motion that a killed host began may still be running: end it and see it end, before anything else is asked.
-    constexpr int most_looks = 250;
-    boost::asio::steady_timer pause(co_await boost::asio::this_coro::executor);
-    auto now = co_await machine_.state();
-    // On a path that ran out of points it stands still, and the scan goes on all the same.
-    const auto busy = [](const drivers::MachineStatus& status) {
-        return status.in_motion || status.state == drivers::MachineState::scanning ||
-               status.state == drivers::MachineState::starved;
-    };
-    if (now && busy(*now)) machine_.stop(drivers::StopKind::controlled);
-    for (int look = 0; now && busy(*now) && look < most_looks; ++look) {
-        pause.expires_after(std::chrono::milliseconds(20));
-        co_await pause.async_wait(boost::asio::use_awaitable);
-        now = co_await machine_.state();
-    }
-    if (!now) co_return tl::unexpected(now.error());
-    if (now->state == drivers::MachineState::stopped || now->state == drivers::MachineState::fault) {
-        if (auto status = co_await machine_.clear_fault(); !status) co_return tl::unexpected(status.error());
-    }
-    co_return now->position_mm;
-}
-
-/// A run that was cut off may have left the probe on the part: back off along the normal before anything else moves.
-ScanJob::Step ScanJob::leave_part() {
-    const auto where = co_await ready();
-    if (!where) co_return tl::unexpected(where.error());
-    const auto now = co_await machine_.state();
-    if (!now) co_return tl::unexpected(now.error());
-    if (!now->homed) co_return core::Status{};
-    const auto open = std::find(done_.begin(), done_.end(), false);
-    const auto index = static_cast<std::size_t>(open == done_.end() ? done_.size() - 1 : open - done_.begin());
-    const auto direction = way_off(setups_[index], restored_[index], where->head<2>(),
-                                   request_.part.stylus.radius_mm + request_.part.scan.approach_mm);
-    if (direction) {
-        Eigen::Vector3d target = *where;
-        target.head<2>() += *direction * request_.part.scan.approach_mm;
-        if (auto status = co_await machine_.move(target, plan_.approach_speed_mm_s); !status) co_return status;
-    }
-    co_return core::Status{};
 }
 
 ScanJob::Step ScanJob::home() {

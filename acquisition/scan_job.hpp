@@ -62,7 +62,10 @@ class ScanJob {
     boost::asio::awaitable<SessionInput> perform(SessionAction action);
     Step connect();
     Step recover();
-    Step restore_sections();
+    Step begin_run();
+    Step resume_run();
+    core::Status reopen_journal();
+    core::Status restore_sections();
     boost::asio::awaitable<core::Result<Eigen::Vector3d>> ready();
     Step leave_part();
     Step home();
