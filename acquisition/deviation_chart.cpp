@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "acquisition/plot_frame.hpp"
+#include "acquisition/figure_layout.hpp"
 #include "acquisition/section_figures.hpp"
 #include "acquisition/svg.hpp"
 #include "core/text.hpp"
@@ -14,23 +14,15 @@ namespace cmm::acquisition {
 namespace {
 
 using core::um_from_mm;
-using Eigen::Vector2d;
 using fitting::ContourPoint;
 using fitting::Zone;
 using svg::Anchor;
 using svg::Picture;
 using svg::PlotFrame;
+using namespace figure;
 
-constexpr double width = 540;
 constexpr double height = 250;
-constexpr double left = 54;
-constexpr double right = 12;
-constexpr double top = 22;
-constexpr double bottom = 36;
-
-bool is_edge(Zone zone) {
-    return zone == Zone::le || zone == Zone::te;
-}
+constexpr double top = 22;  // room for the names of the zones
 
 /// Contour points of one zone that follow each other, counter-clockwise; indices run on past the end of the contour.
 struct Run {
@@ -127,9 +119,18 @@ void draw_panel(Picture& picture, const PlotFrame& frame, const Unrolled& run, Z
 
 }  // namespace
 
+ZoneLimits zone_limits_mm(const SectionResult& section) {
+    ZoneLimits limits;
+    for (const auto zone : {Zone::le, Zone::suction, Zone::te, Zone::pressure}) {
+        const auto* c = section.find("profile_" + std::string(fitting::to_string(zone)));
+        if (c != nullptr) limits[static_cast<std::size_t>(zone)] = c->limit_mm;
+    }
+    return limits;
+}
+
 std::string deviation_figure(const SectionResult& section) {
     if (section.deviation_mm.empty() || !section.closed()) return {};
-    Picture picture(width, height, "Deviation against arc length at z " + core::fixed(section.z_mm, 3) + " mm");
+    Picture picture(page_width, height, "Deviation against arc length at z " + core::fixed(section.z_mm, 3) + " mm");
     const auto limits = zone_limits_mm(section);
     const double reach = 1.12 * largest_um(section, limits);
     const auto runs = zone_runs(section.fit->contour);
@@ -138,17 +139,19 @@ std::string deviation_figure(const SectionResult& section) {
     double shares = 0.0;
     for (const auto& run : runs)
         shares += share(run.zone);
-    double x = left;
+    double x = margin_left;
     for (const auto& run : runs) {
         const auto unrolled = unroll(section, run);
-        const double panel = (width - left - right) * share(run.zone) / shares;
-        const PlotFrame frame({x, top}, {panel, height - top - bottom}, {0, -reach}, {unrolled.at_mm.back(), reach});
+        const double panel = (page_width - margin_left - margin_right) * share(run.zone) / shares;
+        const PlotFrame frame({x, top}, {panel, height - top - margin_bottom}, {0, -reach},
+                              {unrolled.at_mm.back(), reach});
         frame.draw_x_ticks(picture, is_edge(run.zone) ? 2 : 4, &run == &runs.back() ? 0.0 : 16.0);
-        frame.draw_y_ticks(picture, 6, x == left);
+        frame.draw_y_ticks(picture, 6, x == margin_left);
         draw_panel(picture, frame, unrolled, run.zone, limit_um(limits, run.zone));
         x += panel;
     }
-    const PlotFrame whole({left, top}, {width - left - right, height - top - bottom}, {0, 0}, {1, 1});
+    const PlotFrame whole({margin_left, top}, {page_width - margin_left - margin_right, height - top - margin_bottom},
+                          {0, 0}, {1, 1});
     whole.draw_titles(picture, "arc length within the zone in mm, counter-clockwise", "deviation in \u00b5m");
     return picture.finish();
 }

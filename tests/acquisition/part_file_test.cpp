@@ -7,6 +7,7 @@
 
 #include "acquisition/file_pattern.hpp"
 #include "tests/acquisition/temp_folder.hpp"
+#include "tests/acquisition/test_blade.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -18,22 +19,6 @@ kind = "none"
 [scan]
 heights_mm = [1, 2.5]
 box_mm = [-10, -5, 10, 5]
-)";
-
-const std::string blade_table = R"([nominal.blade]
-chord_root_mm = 30
-chord_tip_mm = 25
-thickness_root_mm = 3
-thickness_tip_mm = 2.5
-camber_deg = 30
-stagger_root_deg = 20
-stagger_tip_deg = 28
-le_radius_mm = 0.5
-te_radius_mm = 0.3
-lean_x_deg = 2
-lean_y_deg = -3
-z_root_mm = 0
-z_tip_mm = 60
 )";
 
 std::string error_of(const std::string& text) {

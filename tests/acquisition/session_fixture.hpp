@@ -15,6 +15,7 @@
 #include "acquisition/plan.hpp"
 #include "acquisition/section_setup.hpp"
 #include "core/sample.hpp"
+#include "tests/acquisition/test_blade.hpp"
 
 /// A blade of two sections, its plan and its samples, for the tests of the session.
 namespace cmm::acquisition {
@@ -27,21 +28,8 @@ name = "blade"
 serial = "7"
 [nominal]
 kind = "parametric"
-[nominal.blade]
-chord_root_mm = 30
-chord_tip_mm = 25
-thickness_root_mm = 3
-thickness_tip_mm = 2.5
-camber_deg = 30
-stagger_root_deg = 20
-stagger_tip_deg = 28
-le_radius_mm = 0.5
-te_radius_mm = 0.3
-lean_x_deg = 2
-lean_y_deg = -3
-z_root_mm = 0
-z_tip_mm = 60
-[stylus]
+)" + blade_table +
+           R"([stylus]
 radius_mm = 1.0
 [scan]
 heights_mm = [20, 40]

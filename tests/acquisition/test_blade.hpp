@@ -15,6 +15,23 @@
 /// Parts and measures that several tests of the inputs share.
 namespace cmm::acquisition {
 
+inline const std::string blade_table = R"([nominal.blade]
+chord_root_mm = 30
+chord_tip_mm = 25
+thickness_root_mm = 3
+thickness_tip_mm = 2.5
+camber_deg = 30
+stagger_root_deg = 20
+stagger_tip_deg = 28
+le_radius_mm = 0.5
+te_radius_mm = 0.3
+lean_x_deg = 2
+lean_y_deg = -3
+z_root_mm = 0
+z_tip_mm = 60
+)";
+
+/// The blade of that table.
 inline ParametricBlade test_blade() {
     constexpr double degree = std::numbers::pi / 180.0;
     return {30.0, 25.0, 3.0,          2.5,           30.0 * degree, 20.0 * degree, 28.0 * degree,

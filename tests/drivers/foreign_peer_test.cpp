@@ -31,8 +31,7 @@ TEST(ForeignPeer, APathIsScannedOnAPymodbusServer) {
     const cmm::test::TemporaryFolder folder;
     const std::string port = std::to_string(free_port());
     // Debian's package belongs to Debian's interpreter.
-    cmm::test::Process server({"/usr/bin/python3", "tests/drivers/peers/pymodbus_controller.py", port},
-                              folder / "peer");
+    cmm::test::Process server({"/usr/bin/python3", "tests/peers/pymodbus_controller.py", port}, folder / "peer");
     MachineRig rig(test::settings_for("modbus+tcp://127.0.0.1:" + port));
     Machine& machine = *rig.machine;
     core::Result<Capabilities> found;

@@ -11,6 +11,8 @@ import math
 import struct
 import sys
 
+from registers import crc16, unsigned, words
+
 try:
     from pymodbus.client import ModbusTcpClient
 except ImportError:
@@ -21,27 +23,6 @@ UNIT = 1
 OWNER = 7
 IDENTITY, STATUS, COMMAND, PATH, EXCHANGE, FIFO = 0, 64, 128, 256, 384, 400
 CLAIM, RELEASE, HOME, QUALIFY, MOVE, TOUCH, SCAN, PATH_BEGIN = 1, 2, 3, 4, 5, 6, 7, 10
-
-
-def crc16(registers):
-    crc = 0xFFFF
-    for byte in b"".join(struct.pack(">H", r) for r in registers):
-        crc ^= byte
-        for _ in range(8):
-            crc = (crc >> 1) ^ 0xA001 if crc & 1 else crc >> 1
-    return crc
-
-
-def words(value, count=2):
-    value &= (1 << (16 * count)) - 1
-    return [(value >> (16 * i)) & 0xFFFF for i in reversed(range(count))]
-
-
-def unsigned(registers):
-    value = 0
-    for register in registers:
-        value = value << 16 | register
-    return value
 
 
 def signed32(registers):

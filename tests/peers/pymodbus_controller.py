@@ -10,6 +10,8 @@ The exit code is 77 when pymodbus is not installed.
 import struct
 import sys
 
+from registers import crc16, unsigned, words
+
 try:
     from pymodbus.datastore import ModbusSequentialDataBlock, ModbusServerContext, ModbusSlaveContext
     from pymodbus.server import StartTcpServer
@@ -20,27 +22,6 @@ except ImportError:
 IDENTITY, STATUS, COMMAND, STOP, PATH, EXCHANGE, FIFO = 0, 64, 128, 200, 256, 384, 400
 IDLE, SCANNING, STARVED, STOPPED = 0, 4, 5, 6
 RUNNING, DONE, FAILED = 1, 2, 3
-
-
-def crc16(registers):
-    crc = 0xFFFF
-    for byte in b"".join(struct.pack(">H", r) for r in registers):
-        crc ^= byte
-        for _ in range(8):
-            crc = (crc >> 1) ^ 0xA001 if crc & 1 else crc >> 1
-    return crc
-
-
-def words(value, count=2):
-    value &= (1 << (16 * count)) - 1
-    return [(value >> (16 * i)) & 0xFFFF for i in reversed(range(count))]
-
-
-def number(registers):
-    value = 0
-    for register in registers:
-        value = value << 16 | register
-    return value
 
 
 def text(characters):
@@ -75,12 +56,12 @@ class Controller(ModbusSequentialDataBlock):
             self.take_window(list(values))
         elif address == EXCHANGE:
             self.step()
-            self.fill_fifo(number(values[1:3]), number(values[3:5]))
+            self.fill_fifo(unsigned(values[1:3]), unsigned(values[3:5]))
         self.publish()
 
     def command(self, block):
         assert crc16(block[:20]) == block[20], "command CRC"
-        seq, opcode, owner, args = block[0], block[1], number(block[2:4]), [number(block[4 + 2 * k:6 + 2 * k]) for k in range(8)]
+        seq, opcode, owner, args = block[0], block[1], unsigned(block[2:4]), [unsigned(block[4 + 2 * k:6 + 2 * k]) for k in range(8)]
         if seq == self.seq:
             return
         self.seq, self.fate, self.result = seq, DONE, 0
@@ -101,7 +82,7 @@ class Controller(ModbusSequentialDataBlock):
         self.running, self.fate, self.result, self.state = 0, fate, result, IDLE
 
     def take_window(self, block):
-        path_id, first, count = block[0], number(block[1:3]), block[3]
+        path_id, first, count = block[0], unsigned(block[1:3]), block[3]
         assert crc16(block[:4] + block[5:]) == block[4], "path CRC"
         assert path_id == self.path_id and first <= len(self.path) and len(block) == 6 + 11 * count, "path window"
         points = [block[6 + 11 * k:17 + 11 * k] for k in range(count)]

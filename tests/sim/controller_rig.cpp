@@ -86,10 +86,15 @@ void Rig::upload(std::uint16_t id, const std::vector<PathPoint>& path) {
     }
 }
 
-CommandStatus Rig::scan(std::uint16_t id, const std::vector<PathPoint>& path) {
+void Rig::begin_scan(std::uint16_t id, const std::vector<PathPoint>& path) {
     EXPECT_EQ(send(opcode::path_begin, {id}).result, ResultCode::ok);
     upload(id, path);
-    return finish(opcode::scan, {id, 10000, 10000, 10000});
+    send(opcode::scan, {id, 10000, 10000, 10000});
+}
+
+CommandStatus Rig::scan(std::uint16_t id, const std::vector<PathPoint>& path) {
+    begin_scan(id, path);
+    return finish();
 }
 
 std::vector<FifoSample> Rig::samples() const {
@@ -97,6 +102,11 @@ std::vector<FifoSample> Rig::samples() const {
     for (std::uint32_t seq_no = controller.fifo().acknowledged() + 1; seq_no <= controller.fifo().newest(); ++seq_no)
         all.push_back(controller.fifo().at(seq_no));
     return all;
+}
+
+void expect_failed(const CommandStatus& status, ResultCode result) {
+    EXPECT_EQ(status.state, CommandState::failed);
+    EXPECT_EQ(status.result, result);
 }
 
 }  // namespace cmm::sim::test

@@ -47,7 +47,9 @@ struct Rig {
     void prepare();
     /// Sends the path in windows of ten, waiting where the controller is full.
     void upload(std::uint16_t id, const std::vector<PathPoint>& path);
-    /// A whole scan: begin, upload, SCAN with 1 mm approach and search and retract.
+    /// Begins the path, uploads it, SCAN with 1 mm approach and search and retract.
+    void begin_scan(std::uint16_t id, const std::vector<PathPoint>& path);
+    /// A whole scan.
     CommandStatus scan(std::uint16_t id, const std::vector<PathPoint>& path);
     std::vector<FifoSample> samples() const;
 
@@ -57,6 +59,8 @@ struct Rig {
     std::uint16_t seq = 0;
     std::uint16_t watchdog = 0;
 };
+
+void expect_failed(const CommandStatus& status, ResultCode result);
 
 namespace opcode {
 inline constexpr std::uint16_t claim = 1, release = 2, home = 3, qualify = 4, move = 5, touch = 6, scan = 7, stop = 8,

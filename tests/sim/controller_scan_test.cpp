@@ -11,9 +11,11 @@ namespace {
 
 using State = MachineState;
 
-void expect_failed(const CommandStatus& status, ResultCode result) {
-    EXPECT_EQ(status.state, CommandState::failed);
-    EXPECT_EQ(status.result, result);
+ControllerOptions small_fifo(double speed) {
+    ControllerOptions options = bar_options();
+    options.machine.fifo_depth = 50;
+    options.speed = speed;
+    return options;
 }
 
 TEST(ControllerScan, EveryPointGivesOneSampleOnTheTrueSurface) {
@@ -230,9 +232,7 @@ TEST(ControllerScan, ABadWindowEndsTheRunningScan) {
 }
 
 TEST(ControllerScan, AFullFifoEndsThePathInTimedRuns) {
-    ControllerOptions options = bar_options();
-    options.machine.fifo_depth = 50;
-    Rig rig(options);
+    Rig rig(small_fifo(1.0));
     rig.prepare();
     expect_failed(rig.scan(1, arc_path(100, 0.01, 20.0)), ResultCode::overflow);
     EXPECT_EQ(rig.controller.state(), State::fault);
@@ -245,14 +245,9 @@ TEST(ControllerScan, AFullFifoEndsThePathInTimedRuns) {
 }
 
 TEST(ControllerScan, AFullFifoHoldsTheClockAsFastAsItGoes) {
-    ControllerOptions options = bar_options();
-    options.machine.fifo_depth = 50;
-    options.speed = 0.0;
-    Rig rig(options);
+    Rig rig(small_fifo(0.0));
     rig.prepare();
-    rig.send(opcode::path_begin, {1});
-    rig.upload(1, arc_path(200, 0.01, 20.0));
-    rig.send(opcode::scan, {1, 10000, 10000, 10000});
+    rig.begin_scan(1, arc_path(200, 0.01, 20.0));
     rig.run_ms(100);
     EXPECT_EQ(rig.controller.fifo().level(), 50U);
     const std::int64_t stands = rig.controller.time_us();
@@ -269,14 +264,9 @@ TEST(ControllerScan, AFullFifoHoldsTheClockAsFastAsItGoes) {
 }
 
 TEST(ControllerScan, SilenceStopsAlsoTheFastestRun) {
-    ControllerOptions options = bar_options();
-    options.machine.fifo_depth = 50;
-    options.speed = 0.0;
-    Rig rig(options);
+    Rig rig(small_fifo(0.0));
     rig.prepare();
-    rig.send(opcode::path_begin, {1});
-    rig.upload(1, arc_path(200, 0.01, 20.0));
-    rig.send(opcode::scan, {1, 10000, 10000, 10000});
+    rig.begin_scan(1, arc_path(200, 0.01, 20.0));
     rig.run_ms(10);
     rig.clock.advance(std::chrono::milliseconds(501));
     rig.controller.step();
@@ -289,9 +279,7 @@ TEST(ControllerScan, SilenceStopsAlsoTheFastestRun) {
 TEST(ControllerScan, StopOnThePathIsQuickAndRecordsNoMore) {
     Rig rig;
     rig.prepare();
-    rig.send(opcode::path_begin, {1});
-    rig.upload(1, arc_path(400, 0.005, 20.0));
-    rig.send(opcode::scan, {1, 10000, 10000, 10000});
+    rig.begin_scan(1, arc_path(400, 0.005, 20.0));
     while (rig.controller.path_passed() < 100)
         rig.run_ms(1);
     const std::uint32_t newest = rig.controller.fifo().newest();
@@ -307,9 +295,7 @@ TEST(ControllerScan, StopOnThePathIsQuickAndRecordsNoMore) {
 TEST(ControllerScan, PositionFollowsThePath) {
     Rig rig;
     rig.prepare();
-    rig.send(opcode::path_begin, {1});
-    rig.upload(1, arc_path(400, 0.01, 20.0));
-    rig.send(opcode::scan, {1, 10000, 10000, 10000});
+    rig.begin_scan(1, arc_path(400, 0.01, 20.0));
     while (rig.controller.path_passed() < 10)
         rig.run_ms(1);
     Eigen::Vector3d last = rig.controller.position_mm();

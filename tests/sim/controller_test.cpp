@@ -10,11 +10,6 @@ namespace {
 
 using State = MachineState;
 
-void expect_failed(const CommandStatus& status, ResultCode result) {
-    EXPECT_EQ(status.state, CommandState::failed);
-    EXPECT_EQ(status.result, result);
-}
-
 TEST(Controller, OneOwnerAtATime) {
     Rig rig;
     expect_failed(rig.send(opcode::claim, {}, 0), ResultCode::bad_argument);

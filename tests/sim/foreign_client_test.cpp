@@ -66,8 +66,8 @@ TEST(ForeignClient, PymodbusScansFromTheDocumentAlone) {
     // Debian keeps its packages with the system interpreter.
     const std::string python = have("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
     const ServedBar bar;
-    const Outcome outcome = run(python + " tests/sim/peers/foreign_scan.py " + std::to_string(bar.port()) + " " +
-                                std::to_string(circle_mm));
+    const Outcome outcome =
+        run(python + " tests/peers/foreign_scan.py " + std::to_string(bar.port()) + " " + std::to_string(circle_mm));
     if (outcome.code == not_installed || outcome.code == 127) GTEST_SKIP() << "apt-get install python3-pymodbus";
     EXPECT_EQ(outcome.code, 0) << outcome.output;
     EXPECT_NE(outcome.output.find("ok    nobody owns it"), std::string::npos) << outcome.output;
@@ -76,7 +76,7 @@ TEST(ForeignClient, PymodbusScansFromTheDocumentAlone) {
 TEST(ForeignClient, JsmodbusReadsInAPipeline) {
     if (!have("node")) GTEST_SKIP() << "node is not installed";
     const ServedBar bar;
-    const Outcome outcome = run("node tests/sim/peers/foreign_read.mjs " + std::to_string(bar.port()));
+    const Outcome outcome = run("node tests/peers/foreign_read.mjs " + std::to_string(bar.port()));
     if (outcome.code == not_installed) GTEST_SKIP() << "npm install jsmodbus, in the folder of the tests or above";
     EXPECT_EQ(outcome.code, 0) << outcome.output;
 }

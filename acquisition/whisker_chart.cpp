@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/figure_layout.hpp"
+#include "acquisition/section_figures.hpp"
+#include "acquisition/svg.hpp"
+#include "core/text.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+using svg::Anchor;
+using svg::Picture;
+using svg::PlotFrame;
+using namespace figure;
+
+/// Where each whisker stands on the nominal and the limits there.
+struct Whisker {
+    Vector2d base_px;
+    Vector2d out_px;  ///< unit normal in the picture
+    double deviation_mm;
+    std::optional<double> limit_mm;
+    bool edge;
+};
+
+std::vector<Whisker> whiskers(const SectionResult& section, const PlotFrame& frame) {
+    std::vector<Whisker> out;
+    const auto& contour = section.fit->contour;
+    const auto limits = zone_limits_mm(section);
+    for (std::size_t i = 0; i < contour.size(); ++i) {
+        const auto& point = contour[i];
+        const double d = section.deviation_mm[i];
+        out.push_back({frame.px(point.position_mm - d * point.normal),
+                       {point.normal.x(), -point.normal.y()},
+                       d,
+                       limits[static_cast<std::size_t>(point.zone)],
+                       is_edge(point.zone)});
+    }
+    return out;
+}
+
+std::vector<Vector2d> along_normals(const std::vector<Whisker>& all, const auto& length_px) {
+    std::vector<Vector2d> out;
+    out.reserve(all.size());
+    for (const auto& w : all)
+        out.push_back(w.base_px + length_px(w) * w.out_px);
+    return out;
+}
+
+/// A line as wide as the magnified tolerance zone is the zone; a new line where the limit changes.
+void draw_tolerance(Picture& picture, const PlotFrame& frame, const std::vector<Whisker>& all, double px_per_mm) {
+    picture.clip(frame.corner(), frame.size());
+    for (std::size_t first = 0; first < all.size();) {
+        std::vector<Vector2d> run;
+        std::size_t last = first;
+        for (; last < all.size() && all[last].limit_mm == all[first].limit_mm; ++last)
+            run.push_back(all[last].base_px);
+        run.push_back(all[last % all.size()].base_px);
+        if (all[first].limit_mm)
+            picture.path("tolerance", svg::polyline(run, false, 0.005), *all[first].limit_mm * px_per_mm);
+        first = last;
+    }
+    picture.unclip();
+}
+
+void draw_whiskers(Picture& picture, const std::vector<Whisker>& all, double px_per_mm) {
+    // Equal steps in the picture: where the contour points lie close (at the edges) most are left out.
+    constexpr double spacing_px = 3.0;
+    std::string side;
+    std::string edge;
+    std::string outside;
+    const Whisker* last = nullptr;
+    for (const auto& w : all) {
+        const Vector2d tip = w.base_px + w.deviation_mm * px_per_mm * w.out_px;
+        const bool far = last == nullptr || (w.base_px - last->base_px).norm() > spacing_px ||
+                         (w.edge && w.out_px.dot(last->out_px) < 0.97);
+        if (!far) continue;
+        last = &w;
+        const bool over = w.limit_mm && 2.0 * std::abs(w.deviation_mm) > *w.limit_mm;
+        auto& lines = over ? outside : w.edge ? edge : side;
+        lines += "M" + svg::number(w.base_px.x()) + " " + svg::number(w.base_px.y()) + "L" + svg::number(tip.x()) +
+                 " " + svg::number(tip.y());
+    }
+    picture.path("whisker-side", side);
+    picture.path("whisker-edge", edge);
+    picture.path("whisker-out", outside);
+    picture.path("envelope",
+                 svg::polyline(along_normals(all, [&](const Whisker& w) { return w.deviation_mm * px_per_mm; }), true));
+}
+
+}  // namespace
+
+std::string whisker_figure(const SectionResult& section) {
+    if (section.deviation_mm.empty() || !section.closed()) return {};
+    constexpr double width = page_width;
+    const auto box = page_box(section, {});
+    const double height = plot_height(box) + margin_top + margin_bottom;
+    const auto frame = plane_frame(box, {0, 0}, width, height);
+    const auto all = whiskers(section, frame);
+    double largest = 1e-6;
+    for (const auto& w : all) {
+        largest = std::max({largest, std::abs(w.deviation_mm), 0.5 * w.limit_mm.value_or(0.0)});
+    }
+    const double magnification = svg::round_down(longest_whisker_px / (largest * frame.scale_x()));
+    const double px_per_mm = magnification * frame.scale_x();
+
+    Picture picture(width, height, "Deviations at z " + core::fixed(section.z_mm, 3) + " mm, magnified");
+    draw_tolerance(picture, frame, all, px_per_mm);
+    frame.draw_axes(picture, "x in mm", "y in mm", 8, 5);
+    picture.clip(frame.corner(), frame.size());
+    picture.path("nominal", svg::polyline(along_normals(all, [](const Whisker&) { return 0.0; }), true));
+    draw_whiskers(picture, all, px_per_mm);
+    picture.unclip();
+
+    const double bar_mm = svg::round_down(largest);
+    const Vector2d bar(frame.right_px() - 12 - bar_mm * px_per_mm, frame.bottom_px() - 12);
+    picture.line("bar", bar, bar + Vector2d(bar_mm * px_per_mm, 0));
+    picture.text("on", bar + Vector2d(-6, 4), Anchor::end, svg::number(bar_mm * 1e3) + " \u00b5m");
+    picture.text("strong on", frame.corner() + Vector2d(8, 16), Anchor::start,
+                 "deviations \u00d7 " + svg::number(magnification));
+    return picture.finish();
+}
+
+}  // namespace cmm::acquisition
