@@ -44,6 +44,12 @@ std::string title_of(const SectionResult& section) {
     return "Section " + std::to_string(section.index) + ", z = " + core::fixed(section.z_mm, 3) + " mm";
 }
 
+/// What the section was called in the input, where that says more than its number.
+std::string origin_of(const SectionResult& section) {
+    if (section.name.empty() || section.name == std::to_string(section.index)) return {};
+    return "<span class=\"meta\">from " + escape(section.name) + "</span>";
+}
+
 std::string words(Decision decision) {
     std::string text(to_string(decision));
     std::replace(text.begin(), text.end(), '_', ' ');
@@ -225,9 +231,9 @@ std::string rejected_list(const SectionResult& section) {
 std::string section_sheet(const SectionResult& section, double ball_radius_mm) {
     const auto decision = section.decision();
     std::string out = "<article class=\"sheet section\" id=\"section-" + std::to_string(section.index) + "\"><header>" +
-                      element("h3", title_of(section)) + "<span class=\"meta\">" + escape(section.name) + "</span>" +
-                      "<span class=\"meta\">" + std::to_string(section.points.size()) + " points, " +
-                      std::to_string(section.rejected()) + " rejected";
+                      element("h3", title_of(section)) + origin_of(section) + "<span class=\"meta\">" +
+                      std::to_string(section.points.size()) + " points, " + std::to_string(section.rejected()) +
+                      " rejected";
     if (section.closed()) {
         out += ", scatter " + core::fixed(section.fit->noise_sigma_mm * 1e3, 1) + " \u00b5m (1 \u03c3)";
     }

@@ -2,6 +2,8 @@
 #include "acquisition/section_result.hpp"
 
 #include <algorithm>
+#include <limits>
+#include <span>
 
 #include "core/text.hpp"
 
@@ -15,13 +17,63 @@ std::string where(const SectionResult& section) {
     return "section " + std::to_string(section.index) + " (z " + core::fixed(section.z_mm, z_digits) + ")";
 }
 
-std::string reason(const Characteristic& c) {
-    if (c.decision == Decision::not_evaluable || !c.value_mm || !c.limit_mm)
-        return c.name + " not evaluable: " + c.note;
-    const auto mm = [](double value) { return core::fixed(value, mm_digits) + " mm"; };
+std::string mm(double value) {
+    return core::fixed(value, mm_digits) + " mm";
+}
+
+bool needs_a_number(const Characteristic& c) {
+    return c.decision == Decision::not_evaluable || !c.value_mm || !c.limit_mm;
+}
+
+std::string cause(const Characteristic& c) {
+    if (needs_a_number(c)) return " not evaluable: " + c.note;
     const std::string limit =
         c.decision == Decision::reject ? " > " + mm(*c.limit_mm) : " is too near to " + mm(*c.limit_mm) + " to decide";
-    return c.name + " " + mm(*c.value_mm) + " +- " + mm(c.u95_mm.value_or(0.0)) + limit;
+    return " " + mm(*c.value_mm) + " +- " + mm(c.u95_mm.value_or(0.0)) + limit;
+}
+
+/// By what they exceed their limits; those without a number last.
+bool worse(const Characteristic* a, const Characteristic* b) {
+    const auto excess = [](const Characteristic& c) {
+        return needs_a_number(c) ? std::numeric_limits<double>::lowest() : *c.value_mm - *c.limit_mm;
+    };
+    return excess(*a) > excess(*b);
+}
+
+/// One line for all characteristics of one decision: the worst in full, the others by name and value.
+std::string causes(std::vector<const Characteristic*> all) {
+    std::stable_sort(all.begin(), all.end(), worse);
+    const Characteristic& worst = *all.front();
+    const auto told_with_it = [&](const Characteristic* c) {
+        return needs_a_number(worst) && needs_a_number(*c) && c->note == worst.note;
+    };
+    std::string names = worst.name;
+    std::string also;
+    for (const auto* c : std::span(all).subspan(1)) {
+        if (told_with_it(c)) {
+            names += ", " + c->name;
+        } else {
+            also += (also.empty() ? "; also " : ", ") + c->name + " " +
+                    (needs_a_number(*c) ? "(" + c->note + ")" : mm(*c->value_mm));
+        }
+    }
+    return names + cause(worst) + also;
+}
+
+/// Why a section is rejected, or else why it is open; empty when it is neither.
+std::string reason(const SectionResult& section) {
+    if (!section.closed()) return section.why.empty() ? "not closed" : section.why;
+    std::vector<const Characteristic*> rejected;
+    std::vector<const Characteristic*> open;
+    for (const auto& c : section.characteristics) {
+        if (c.decision == Decision::reject) {
+            rejected.push_back(&c);
+        } else if (c.limit_mm && c.decision != Decision::accept && c.decision != Decision::reported) {
+            open.push_back(&c);
+        }
+    }
+    const auto& which = rejected.empty() ? open : rejected;
+    return which.empty() ? std::string() : causes(which);
 }
 
 }  // namespace
@@ -88,17 +140,9 @@ std::vector<std::string> verdict_reasons(const PartResult& part) {
     std::vector<std::string> rejected;
     std::vector<std::string> open;
     for (const auto& section : part.sections) {
-        if (!section.closed()) {
-            open.push_back(where(section) + ": " + (section.why.empty() ? "not closed" : section.why));
-            continue;
-        }
-        for (const auto& c : section.characteristics) {
-            if (c.decision == Decision::reject) {
-                rejected.push_back(where(section) + ": " + reason(c));
-            } else if (c.limit_mm && c.decision != Decision::accept && c.decision != Decision::reported) {
-                open.push_back(where(section) + ": " + reason(c));
-            }
-        }
+        const auto text = reason(section);
+        if (text.empty()) continue;
+        (section.decision() == Decision::reject ? rejected : open).push_back(where(section) + ": " + text);
     }
     if (!part.complete) open.push_back("the measurement ended before all sections were measured");
     if (part.sections.empty()) open.push_back("no section was measured");

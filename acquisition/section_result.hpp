@@ -72,8 +72,8 @@ struct PartResult {
     bool has_requirements() const;
 };
 
-/// Why the verdict is not accept, one line a cause: "section 3 (z 40.0): profile_pressure 0.212 mm +- 0.004 mm > 0.100
-/// mm".
+/// Why the verdict is not accept, one line for each bad section, the rejected ones first: "section 3 (z 40.0):
+/// profile_pressure 0.212 mm +- 0.004 mm > 0.100 mm; also profile_le 0.131 mm".
 std::vector<std::string> verdict_reasons(const PartResult& part);
 
 }  // namespace cmm::acquisition

@@ -165,5 +165,33 @@ TEST(Verdict, TheWorstDecisionWinsAndSaysWhy) {
     EXPECT_EQ(reasons[1], "section 0 (z 0.0): open");
 }
 
+TEST(Verdict, OneLineForEachBadSection) {
+    const auto number = [](const char* name, double value, Decision decision) {
+        return Characteristic{name, "m", value, 0.004, 0.1, decision, {}};
+    };
+    const auto without = [](const char* name, const char* note) {
+        return Characteristic{name, "m", {}, {}, 0.1, Decision::not_evaluable, note};
+    };
+    auto rejected = judged([](const auto&) { return 0.002; }, limits());
+    auto open = rejected;
+    auto mixed = rejected;
+    rejected.characteristics = {
+        number("profile_le", 0.131, Decision::reject), number("profile_suction", 0.02, Decision::accept),
+        number("profile_te", 0.101, Decision::undecided), number("profile_pressure", 0.212, Decision::reject)};
+    open.characteristics = {without("profile_le", "the ball cannot reach it"),
+                            without("profile_suction", "the ball cannot reach it"), without("chord", "no edge")};
+    mixed.characteristics = {without("profile_le", "no such zone"), number("profile_te", 0.099, Decision::undecided),
+                             number("profile_pressure", 0.101, Decision::undecided)};
+    PartResult part;
+    part.sections = {open, rejected, mixed};
+    EXPECT_EQ(verdict_reasons(part),
+              (std::vector<std::string>{
+                  "section 0 (z 40.0): profile_pressure 0.212 mm +- 0.004 mm > 0.100 mm; also profile_le 0.131 mm",
+                  "section 0 (z 40.0): profile_le, profile_suction not evaluable: the ball cannot reach it; also chord "
+                  "(no edge)",
+                  "section 0 (z 40.0): profile_pressure 0.101 mm +- 0.004 mm is too near to 0.100 mm to decide; also "
+                  "profile_te 0.099 mm, profile_le (no such zone)"}));
+}
+
 }  // namespace
 }  // namespace cmm::acquisition

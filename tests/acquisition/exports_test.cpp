@@ -195,6 +195,15 @@ TEST(ReportHtml, IsOneFileWithEscapedNamesAndAllPictures) {
     EXPECT_EQ(count_of(html, "<div"), count_of(html, "</div>"));
 }
 
+TEST(ReportHtml, ANameThatIsTheNumberIsNotRepeated) {
+    auto part = part_of({section_at(0, 0.0), section_at(1, 0.0)});
+    part.sections[0].name = "0";
+    part.sections[1].name = "rotor_z<20>";
+    const auto html = report_html(part);
+    EXPECT_EQ(count_of(html, ">from "), 1U);
+    EXPECT_NE(html.find(">from rotor_z&lt;20&gt;<"), std::string::npos);
+}
+
 TEST(ReportHtml, BearsOpenSectionsMissingNominalsAndNothing) {
     auto part = part_of({open_section(0), section_at(1, 0.0, false)});
     const auto html = report_html(part);
