@@ -28,7 +28,7 @@ class RecordingSink final : public SampleSink {
         for (const auto& sample : samples) {
             if (sample.sequence != last + 1) out_of_order.push_back(sample.sequence);
             last = sample.sequence;
-            if (keep) kept.push_back(sample);
+            kept.push_back(sample);
         }
         delivered_ += samples.size();
         if (immediately_durable) durable = last;
@@ -43,7 +43,7 @@ class RecordingSink final : public SampleSink {
     }
     std::size_t delivered() const { return delivered_; }
 
-    bool immediately_durable = true, durable_on_flush = true, keep = true;
+    bool immediately_durable = true, durable_on_flush = true;
     std::uint64_t last = 0, durable = 0;
     std::size_t fail_at = 0;  // 0: never
     int flushes = 0;

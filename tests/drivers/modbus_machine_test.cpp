@@ -161,7 +161,7 @@ TEST_F(ModbusMachineTest, AcknowledgesOnlyWhatIsDurable) {
 
 TEST_F(ModbusMachineTest, ASecondOperationIsRefused) {
     begin();
-    controller_.exchanges_per_motion = 1'000'000;
+    controller_.motions_take(1'000'000);
     const auto homing = rig_.start(machine().home());
     ASSERT_TRUE(rig_.wait([&] { return controller_.executed(3) == 1; }));
     const auto second = rig_.run(machine().move({0.0, 0.0, 0.0}, 10.0));
@@ -181,7 +181,7 @@ TEST_F(ModbusMachineTest, ASecondOperationIsRefused) {
 
 TEST_F(ModbusMachineTest, AnEmergencyStopIsClearedByAPersonOnly) {
     begin();
-    controller_.exchanges_per_motion = 1'000'000;
+    controller_.motions_take(1'000'000);
     const auto homing = rig_.start(machine().home());
     ASSERT_TRUE(rig_.wait([&] { return controller_.executed(3) == 1; }));
     machine().stop(StopKind::emergency);

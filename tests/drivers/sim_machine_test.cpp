@@ -138,26 +138,19 @@ TEST_F(SimMachine, TouchGivesTheContactAndItsSample) {
     EXPECT_EQ(nothing.error().motion, core::Motion::stopped);
 }
 
-TEST_F(SimMachine, ALongPathIsFasterThanFortyThousandSamplesASecond) {
+TEST_F(SimMachine, ALongPathOverrunsNothingAndArrivesOnce) {
     bring_up(0.0);
-    constexpr std::size_t count = 60'000;
+    constexpr std::size_t count = 60'000;  // many times the controller's FIFO and path store
     const auto points = test::circle_path(centre_radius_mm, 20.0, count, 300.0);
     PointList source(points);
     RecordingSink sink;
-    sink.keep = false;
-    const auto start = std::chrono::steady_clock::now();
     const auto scanned = rig_->run(machine().scan(ScanPath{}, source, sink));
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
     ASSERT_TRUE(scanned) << scanned.error().text();
+    EXPECT_EQ(scanned->points_passed, count);
+    EXPECT_EQ(scanned->last_sequence, count);
     EXPECT_EQ(sink.delivered(), count);
-    const LinkStats stats = machine().link_stats();
-    std::printf("%zu samples in %.3f s: %.0f samples/s, %llu exchanges, mean round trip %.1f us\n", count, took.count(),
-                static_cast<double>(count) / took.count(), static_cast<unsigned long long>(stats.ok),
-                stats.total_round_trip_us / static_cast<double>(stats.ok));
-    RecordProperty("samples_per_s", std::to_string(static_cast<double>(count) / took.count()));
-    // A loaded machine or a sanitizer is slower; the figure is the benchmark's business. This catches waiting in the
-    // wrong place.
-    EXPECT_GT(static_cast<double>(count) / took.count(), 4000.0);
+    EXPECT_TRUE(sink.out_of_order.empty());
+    expect_on_circle(sink);
 }
 
 /// Walks round an unknown body: each next point continues the circle through what was measured so far, one step ahead.
