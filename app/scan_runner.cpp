@@ -5,18 +5,20 @@
 
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/signal_set.hpp>
 #include <boost/asio/strand.hpp>
-#include <csignal>
+#include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <optional>
 #include <random>
+#include <thread>
 
 #include "acquisition/exports.hpp"
 #include "acquisition/scan_job.hpp"
 #include "app/console.hpp"
+#include "app/stop_signals.hpp"
 #include "core/text.hpp"
 #include "drivers/registry.hpp"
 
@@ -67,6 +69,27 @@ core::Result<acquisition::ScanRequest> make_request(const RunnerOptions& options
     return request;
 }
 
+/// The user does not want to wait for the orderly end: the machine is told to stop once more, then the process is gone.
+/// The run file is made for being cut off at any instant.
+[[noreturn]] void abort_run(drivers::Machine& machine, bool json) {
+    constexpr auto patience = std::chrono::seconds(1);
+    const auto before = machine.link_stats();
+    core::Error error{core::ErrorCode::cancelled, "aborted before the machine was reached", {}, core::Motion::unknown};
+    if (before.bytes_sent > 0) {
+        machine.stop(drivers::StopKind::controlled);
+        const auto give_up = std::chrono::steady_clock::now() + patience;
+        while (machine.link_stats().stops == before.stops && std::chrono::steady_clock::now() < give_up)
+            std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        const bool told = machine.link_stats().stops > before.stops;
+        error.message = told ? "aborted; the machine was told to stop"
+                             : "aborted; the machine could not be told to stop, its watchdog does it";
+        error.motion = core::Motion::may_be_moving;
+    }
+    const int code = report(error, json);
+    std::fflush(nullptr);
+    std::_Exit(code);
+}
+
 }  // namespace
 
 int print_result(const acquisition::PartResult& result, const std::string& out, bool json) {
@@ -105,15 +128,11 @@ int run_main_job(const RunnerOptions& options) {
     acquisition::ScanJob job(std::move(*request), **machine, clock, events);
     job.on_progress([&](double share, const std::string& text) { progress.show(share, text); });
 
+    const StopSignals signals([&] { job.request_stop(); }, [&] { abort_run(**machine, options.json); });
     std::optional<acquisition::ScanOutcome> outcome;
-    asio::signal_set signals(context, SIGINT, SIGTERM);
-    signals.async_wait([&](const boost::system::error_code& code, int) {
-        if (!code) job.request_stop();
-    });
     auto done = [&](const std::exception_ptr& thrown, acquisition::ScanOutcome result) {
         if (thrown) std::rethrow_exception(thrown);
         outcome = std::move(result);
-        signals.cancel();
     };
     asio::co_spawn(strand, job.run(), done);
     context.run();

@@ -15,7 +15,8 @@ struct RunnerOptions {
 };
 
 /// The main job on any machine: connect, scan, judge, write the outputs; prints the verdict table. Returns the exit
-/// code. SIGINT and SIGTERM stop the machine and leave a run that can be resumed.
+/// code. SIGINT and SIGTERM stop the machine and leave a run that can be resumed; a second one does not wait for the
+/// orderly end.
 int run_main_job(const RunnerOptions& options);
 
 /// Prints one finished result: the verdict table, or with `json` the whole document. Returns the verdict's exit code.
