@@ -100,24 +100,4 @@ std::string edge_figure(const SectionResult& section, Zone edge, double ball_rad
     return picture.finish();
 }
 
-std::string section_svg(const SectionResult& section, double ball_radius_mm) {
-    constexpr double width = 860;
-    constexpr double overlay_width = 590;
-    constexpr double height = 500;
-    const auto points = surface_points(section, ball_radius_mm);
-    Picture picture(width, height, "Section at z " + core::fixed(section.z_mm, 3) + " mm");
-    const bool edges = section.closed();
-    const auto frame = plane_frame(extent_of(section, points), {0, 0}, edges ? overlay_width : width, height);
-    draw_overlay(picture, frame, section, points);
-    if (edges) {
-        for (const auto edge : {Zone::le, Zone::te}) {
-            const Vector2d corner(overlay_width, edge == Zone::le ? 0.0 : 0.5 * height);
-            const auto close = plane_frame(edge_box(section, edge), corner, width - overlay_width, 0.5 * height);
-            draw_edge(picture, close, section, edge, points);
-            picture.text("on", close.corner() + Vector2d(30, 16), Anchor::start, radius_text(section, edge));
-        }
-    }
-    return picture.finish(svg::figure_style());
-}
-
 }  // namespace cmm::acquisition

@@ -30,7 +30,4 @@ std::string trend_figure(const PartResult& part, std::string_view characteristic
 using ZoneLimits = std::array<std::optional<double>, 4>;
 ZoneLimits zone_limits_mm(const SectionResult& section);
 
-/// An SVG file of its own: the overlay with both edges beside it.
-std::string section_svg(const SectionResult& section, double ball_radius_mm);
-
 }  // namespace cmm::acquisition

@@ -192,13 +192,9 @@ void Picture::unclip() {
     body_ += "</svg>\n";
 }
 
-std::string Picture::finish(std::string_view style) const {
-    std::string out = "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"fig\" role=\"img\" viewBox=\"0 0 " +
-                      number(width_px_) + " " + number(height_px_) + "\"";
-    if (!style.empty()) out += " width=\"" + number(width_px_) + "\" height=\"" + number(height_px_) + "\"";
-    out += ">\n<title>" + description_ + "</title>\n";
-    if (!style.empty()) out.append("<style>").append(style).append("</style>\n");
-    return out + body_ + "</svg>\n";
+std::string Picture::finish() const {
+    return "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"fig\" role=\"img\" viewBox=\"0 0 " + number(width_px_) +
+           " " + number(height_px_) + "\">\n<title>" + description_ + "</title>\n" + body_ + "</svg>\n";
 }
 
 std::string_view figure_style() {

@@ -47,8 +47,7 @@ class Picture {
     /// What follows until `unclip` is cut at the box.
     void clip(const Vector2d& corner, const Vector2d& size);
     void unclip();
-    /// With a style sheet it stands alone as a file.
-    std::string finish(std::string_view style = {}) const;
+    std::string finish() const;
 
   private:
     double width_px_;

@@ -204,6 +204,17 @@ TEST(ReportHtml, ANameThatIsTheNumberIsNotRepeated) {
     EXPECT_NE(html.find(">from rotor_z&lt;20&gt;<"), std::string::npos);
 }
 
+TEST(ReportHtml, ARadiusHasOneUncertainty) {
+    auto part = part_of({section_at(0, 0.0)});
+    const auto* radius = part.sections[0].find("le_radius");
+    ASSERT_NE(radius, nullptr);
+    const auto html = report_html(part);
+    const auto value = core::fixed(*radius->value_mm, 4);
+    const auto u95 = core::fixed(*radius->u95_mm, 4);
+    EXPECT_EQ(count_of(html, "r " + value + " \u00b1 " + u95 + " mm"), 1U) << "in the caption";
+    EXPECT_EQ(count_of(html, value + "<small>\u00b1 " + u95 + "</small>"), 1U) << "in the table";
+}
+
 TEST(ReportHtml, BearsOpenSectionsMissingNominalsAndNothing) {
     auto part = part_of({open_section(0), section_at(1, 0.0, false)});
     const auto html = report_html(part);

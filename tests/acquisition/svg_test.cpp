@@ -3,11 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "acquisition/plot_frame.hpp"
-#include "acquisition/section_figures.hpp"
-#include "tests/acquisition/synthetic_blade.hpp"
 
 namespace cmm::acquisition::svg {
 namespace {
@@ -68,19 +68,6 @@ TEST(PlotFrame, EqualScalesKeepTheShape) {
     EXPECT_NEAR(middle.x(), 110, 1e-9);
     EXPECT_NEAR(middle.y(), 70, 1e-9);
     EXPECT_LT(frame.px({5, 6}).y(), middle.y()) << "y grows upwards";
-}
-
-TEST(SectionSvg, StandsAlone) {
-    const synthetic::Shape shape;
-    SectionResult section;
-    section.fit = synthetic::fit_of(synthetic::Section(shape), shape, [](const auto&) { return 0.0; });
-    section.points = synthetic::points_of(*section.fit, 1.0, 20.0, 1, 40, 2);
-    const auto text = section_svg(section, 1.0);
-    EXPECT_TRUE(text.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\""));
-    EXPECT_NE(text.find("<style>"), std::string::npos);
-    EXPECT_NE(text.find("r 0.4000 \u00b1 0.0021 mm"), std::string::npos);
-    EXPECT_NE(text.find("class=\"reject\""), std::string::npos);
-    EXPECT_EQ(text.find("nan"), std::string::npos);
 }
 
 }  // namespace
