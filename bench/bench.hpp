@@ -18,10 +18,12 @@ struct Spread {
 /// `repeats` runs of `work`, each timed; seconds.
 Spread time_of(int repeats, const std::function<void()>& work);
 void print(const std::string& what, const Spread& value, const std::string& unit, const std::string& target);
-/// Peak resident memory of this process so far, MB.
+/// Peak resident memory of this process, MB, since its start or since it was forgotten.
 double peak_memory_mb();
+void forget_peak_memory();
 
-/// Samples a second from the simulator's FIFO over Modbus TCP into the durable journal and the live section.
+/// Samples a second and memory of a run of a million samples, from the simulator's FIFO over Modbus TCP into the
+/// durable journal and the fitted sections; and how long a user waits for a section at the real pace.
 void bench_chain(const std::string& config_folder);
 /// Microseconds a sample in the live section, milliseconds a section fit, memory for a million samples.
 void bench_sections();

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <sys/resource.h>
+#include <malloc.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <string>
 
 #include "bench/bench.hpp"
 
@@ -28,9 +30,18 @@ void print(const std::string& what, const Spread& value, const std::string& unit
 }
 
 double peak_memory_mb() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<double>(usage.ru_maxrss) / 1024.0;
+    std::ifstream status("/proc/self/status");
+    std::string word;
+    double kilobytes = 0.0;
+    while (status >> word && word != "VmHWM:") {
+    }
+    status >> kilobytes;
+    return kilobytes / 1024.0;
+}
+
+void forget_peak_memory() {
+    ::malloc_trim(0);
+    std::ofstream("/proc/self/clear_refs") << "5";  // proc(5): the peak begins anew at the present size
 }
 
 }  // namespace cmm::bench
