@@ -2,20 +2,12 @@
 #include "fitting/closed_curve.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 
 namespace cmm::fitting {
 namespace {
 
 using core::ErrorCode;
-
-// Gauss-Legendre, 4 points on [0, 1]: exact to 1e-9 of a piece that turns less than half a radian.
-constexpr std::array<double, 4> gauss_at{0.069431844202973712, 0.330009478207571868, 0.669990521792428132,
-                                         0.930568155797026288};
-constexpr std::array<double, 4> gauss_weight{0.173927422568726929, 0.326072577431273071, 0.326072577431273071,
-                                             0.173927422568726929};
 
 /// Different consecutive points, without a repeated first point.
 std::vector<Vec2> without_duplicates(std::span<const Vec2> points) {
@@ -41,6 +33,14 @@ double polygon_area(const std::vector<Vec2>& points) {
     return 0.5 * twice;
 }
 
+/// Integral of the cross product of position and derivative over a piece of width h.
+double swept(const PiecewiseCubic::Piece& piece, const Vec2& origin, double h) {
+    const auto& [p, b, c, d] = piece;
+    const Vec2 a = p - origin;
+    return h * (cross(a, b) + h * (cross(a, c) + h * (cross(a, d) + cross(b, c) / 3.0 +
+                                                      h * (cross(b, d) / 2.0 + h * cross(c, d) / 5.0))));
+}
+
 }  // namespace
 
 core::Result<ClosedCurve> ClosedCurve::through(std::span<const Vec2> points) {
@@ -63,34 +63,11 @@ core::Result<ClosedCurve> ClosedCurve::through(std::span<const Vec2> points) {
     return curve;
 }
 
-ClosedCurve::ClosedCurve(PiecewiseCubic spline) : spline_(std::move(spline)) {
-    const std::size_t n = spline_.spans();
+ClosedCurve::ClosedCurve(PiecewiseCubic spline) : spline_(std::move(spline)), arc_(spline_), nearest_(spline_) {
     const auto& breaks = spline_.breaks();
-    arc_.assign(n + 1, 0.0);
     const Vec2 origin = spline_.pieces().front()[0];
-    for (std::size_t k = 0; k < n; ++k) {
-        arc_[k + 1] = arc_[k] + piece_length(k, breaks[k + 1]);
-        const double h = breaks[k + 1] - breaks[k];
-        for (std::size_t g = 0; g < gauss_at.size(); ++g) {
-            const Jet jet = spline_.jet_in(k, breaks[k] + gauss_at[g] * h);
-            area_ += 0.5 * gauss_weight[g] * h * cross(jet.position - origin, jet.d1);
-        }
-    }
-    first_span_.resize(n + 1);
-    for (std::size_t k = 0, span = 0; k <= n; ++k) {
-        const double s = length() * static_cast<double>(k) / static_cast<double>(n);
-        while (span + 1 < n && arc_[span + 1] <= s)
-            ++span;
-        first_span_[k] = span;
-    }
-}
-
-double ClosedCurve::piece_length(std::size_t span, double t) const {
-    const double from = spline_.breaks()[span], h = t - from;
-    double sum = 0.0;
-    for (std::size_t g = 0; g < gauss_at.size(); ++g)
-        sum += gauss_weight[g] * spline_.jet_in(span, from + gauss_at[g] * h).speed();
-    return sum * h;
+    for (std::size_t k = 0; k < spline_.spans(); ++k)
+        area_ += 0.5 * swept(spline_.pieces()[k], origin, breaks[k + 1] - breaks[k]);
 }
 
 double ClosedCurve::wrap(double s_mm) const {
@@ -100,49 +77,28 @@ double ClosedCurve::wrap(double s_mm) const {
     return wrapped < total && wrapped >= 0.0 ? wrapped : 0.0;
 }
 
-std::size_t ClosedCurve::span_at(double& s_mm) const {
-    s_mm = wrap(s_mm);
-    const std::size_t n = spline_.spans();
-    const auto bucket = std::min(n, static_cast<std::size_t>(s_mm / length() * static_cast<double>(n)));
-    std::size_t span = first_span_[bucket];
-    while (span > 0 && arc_[span] > s_mm)
-        --span;
-    while (span + 1 < n && arc_[span + 1] <= s_mm)
-        ++span;
-    return span;
-}
-
 double ClosedCurve::parameter_at(double s_mm) const {
-    const std::size_t span = span_at(s_mm);
-    const double from = spline_.breaks()[span], to = spline_.breaks()[span + 1];
-    const double piece = arc_[span + 1] - arc_[span], wanted = s_mm - arc_[span];
-    double t = piece > 0.0 ? from + (to - from) * wanted / piece : from;
-    for (int step = 0; step < 4; ++step) {
-        const double speed = spline_.jet_in(span, t).speed();
-        if (!(speed > 0.0)) break;
-        const double correction = (wanted - piece_length(span, t)) / speed;
-        t = std::clamp(t + correction, from, to);
-        if (std::abs(correction) < 1e-10 * (to - from)) break;
-    }
-    return t;
+    return arc_.place(spline_, wrap(s_mm)).t;
 }
 
 double ClosedCurve::arc_length_at(double t) const {
     const std::size_t span = spline_.span_of(t);
-    return arc_[span] + piece_length(span, t);
+    return arc_.at(spline_, {span, t});
 }
 
 CurvePoint ClosedCurve::evaluate(double s_mm) const {
-    const Jet jet = spline_.jet(parameter_at(s_mm));
+    const CurvePlace place = arc_.place(spline_, wrap(s_mm));
+    const Jet jet = spline_.jet_in(place.span, place.t);
     const Vec2 tangent = jet.tangent();
     return {jet.position, tangent, fitting::right_normal(tangent), jet.curvature()};
 }
 
 Vec2 ClosedCurve::position(double s_mm) const {
-    return spline_.jet(parameter_at(s_mm)).position;
+    const CurvePlace place = arc_.place(spline_, wrap(s_mm));
+    return spline_.jet_in(place.span, place.t).position;
 }
 
-bool ClosedCurve::refine(const Vec2& point, Foot& foot) const {
+bool ClosedCurve::refine(const Vec2& point, CurveFoot& foot) const {
     double t = foot.t;
     std::size_t span = foot.span;
     const double mean = spline_.period() / static_cast<double>(spline_.spans());
@@ -166,51 +122,24 @@ bool ClosedCurve::refine(const Vec2& point, Foot& foot) const {
     return false;
 }
 
-ClosedCurve::Foot ClosedCurve::search(const Vec2& point) const {
-    const auto& pieces = spline_.pieces();
-    const auto& breaks = spline_.breaks();
-    Foot best{0, breaks[0], std::numeric_limits<double>::infinity()};
-    for (std::size_t k = 0; k < pieces.size(); ++k) {
-        const double squared = (pieces[k][0] - point).squaredNorm();
-        if (squared < best.squared) best = {k, breaks[k], squared};
-    }
-    Foot local = best;
-    if (refine(point, local) && local.squared <= best.squared) best = local;
-    // No point of a piece is nearer than the nearer end less half the piece's length.
-    double distance = std::sqrt(best.squared);
-    for (std::size_t k = 0; k < pieces.size(); ++k) {
-        const std::size_t next = (k + 1) % pieces.size();
-        const double half = 0.5 * (arc_[k + 1] - arc_[k]), bound = distance + half;
-        if (std::min((pieces[k][0] - point).squaredNorm(), (pieces[next][0] - point).squaredNorm()) > bound * bound)
-            continue;
-        for (const double part : {0.0, 0.25, 0.5, 0.75}) {
-            const double t = breaks[k] + part * (breaks[k + 1] - breaks[k]);
-            local = {k, t, 0.0};
-            const double start = (spline_.jet_in(k, t).position - point).squaredNorm();
-            if (refine(point, local) && local.squared < best.squared) best = local;
-            if (start < best.squared) best = {k, t, start};
-        }
-        distance = std::sqrt(best.squared);
-    }
-    return best;
-}
-
-ClosestPoint ClosedCurve::closest(const Vec2& point, std::optional<double> hint_mm) const {
-    Foot foot{};
-    bool found = false;
-    if (hint_mm) {
-        double s = *hint_mm;
-        foot.span = span_at(s);
-        const double from = spline_.breaks()[foot.span], to = spline_.breaks()[foot.span + 1];
-        foot.t = from + (to - from) * (s - arc_[foot.span]) / std::max(arc_[foot.span + 1] - arc_[foot.span], 1e-300);
-        const double start = (spline_.jet_in(foot.span, foot.t).position - point).squaredNorm();
-        found = refine(point, foot) && foot.squared <= start * (1.0 + 1e-12);
-    }
-    if (!found) foot = search(point);
+ClosestPoint ClosedCurve::described(const Vec2& point, const CurveFoot& foot) const {
     const Jet jet = spline_.jet_in(foot.span, foot.t);
     const Vec2 r = point - jet.position;
     const double side = r.dot(fitting::right_normal(jet.d1));
-    return {arc_[foot.span] + piece_length(foot.span, foot.t), std::copysign(r.norm(), side), jet.position};
+    return {arc_.at(spline_, {foot.span, foot.t}), std::copysign(r.norm(), side), jet.position};
+}
+
+ClosestPoint ClosedCurve::closest(const Vec2& point, std::optional<double> hint_mm) const {
+    if (!hint_mm) return described(point, nearest_.closest(point));
+    const CurvePlace place = arc_.place(spline_, wrap(*hint_mm));
+    CurveFoot foot{place.span, place.t, 0.0};
+    const double start = (spline_.jet_in(foot.span, foot.t).position - point).squaredNorm();
+    if (!refine(point, foot) || foot.squared > start * (1.0 + 1e-12)) foot = nearest_.closest(point, place.span);
+    return described(point, foot);
+}
+
+void ClosedCurve::closest(std::span<const Vec2> points, std::span<ClosestPoint> feet) const {
+    nearest_.for_each(points, [&](std::size_t i, const CurveFoot& foot) { feet[i] = described(points[i], foot); });
 }
 
 std::vector<Vec2> ClosedCurve::offset_points(double distance_mm, double max_step_mm) const {

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "fitting/arc_length.hpp"
+#include "fitting/closest_point.hpp"
 #include "fitting/spline.hpp"
 
 namespace cmm::fitting {
@@ -38,7 +40,7 @@ class ClosedCurve {
     /// A periodic spline that runs counter-clockwise already.
     explicit ClosedCurve(PiecewiseCubic spline);
 
-    double length() const { return arc_.empty() ? 0.0 : arc_.back(); }
+    double length() const { return arc_.total(); }
     double area() const { return area_; }
     /// Whether the points came clockwise and were reversed.
     bool was_clockwise() const { return was_clockwise_; }
@@ -53,6 +55,10 @@ class ClosedCurve {
     /// the hinted point itself (otherwise the whole curve is searched).
     ClosestPoint closest(const Vec2& point, std::optional<double> hint_mm = {}) const;
 
+    /// The nearest points of the whole curve for many points, in any order: `feet` has room for as many. Points that
+    /// jump about are visited cell by cell, so that random order costs little more than scan order.
+    void closest(std::span<const Vec2> points, std::span<ClosestPoint> feet) const;
+
     /// Points of the parallel curve at a signed distance (positive: outwards), in steps of arc length <= max_step_mm.
     /// Loops are not trimmed: see offset.hpp.
     std::vector<Vec2> offset_points(double distance_mm, double max_step_mm) const;
@@ -62,19 +68,12 @@ class ClosedCurve {
     double arc_length_at(double t) const;
 
   private:
-    struct Foot {
-        std::size_t span;
-        double t;
-        double squared;
-    };
-    std::size_t span_at(double& s_mm) const;
-    double piece_length(std::size_t span, double t) const;
-    bool refine(const Vec2& point, Foot& foot) const;
-    Foot search(const Vec2& point) const;
+    bool refine(const Vec2& point, CurveFoot& foot) const;
+    ClosestPoint described(const Vec2& point, const CurveFoot& foot) const;
 
     PiecewiseCubic spline_;
-    std::vector<double> arc_;              // arc length at the breaks
-    std::vector<std::size_t> first_span_;  // for equal steps of arc length: where the search for a span begins
+    ArcLength arc_;
+    ClosestPointIndex nearest_;
     double area_ = 0.0;
     bool was_clockwise_ = false;
 };

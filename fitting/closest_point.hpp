@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "fitting/spline.hpp"
+
+namespace cmm::fitting {
+
+/// A point of a curve: the span, the parameter in it, the squared distance to the asked point.
+struct CurveFoot {
+    std::size_t span = 0;
+    double t = 0.0;
+    double squared = 0.0;
+};
+
+/// Finds the nearest point of a piecewise cubic, with proof: spans are skipped only when their bounding box is farther
+/// away than the best foot so far, and a span is settled by the signs of the Bernstein coefficients of
+/// g(w) = (C(w) - p) . C'(w) (docs/theory.md, "Closest point"). The answer is the global minimum to rounding, whatever
+/// the hint; a hint only makes it faster. O(log spans) a point near the curve. Immutable, any thread.
+class ClosestPointIndex {
+  public:
+    ClosestPointIndex() = default;
+    explicit ClosestPointIndex(const PiecewiseCubic& curve);
+
+    /// `hint` is a span near the foot, e.g. that of the point before. A point that is not finite gets the curve's
+    /// start and an infinite squared distance.
+    CurveFoot closest(const Vec2& point, std::size_t hint = 0) const;
+
+    /// visit(i, foot of points[i]) for all points, in an order in which neighbours follow each other.
+    template <class Visit>
+    void for_each(std::span<const Vec2> points, Visit&& visit) const {
+        std::size_t hint = 0;
+        const auto one = [&](std::size_t i) {
+            const CurveFoot foot = closest(points[i], hint);
+            hint = foot.span;
+            visit(i, foot);
+        };
+        const std::vector<std::uint32_t> order = neighbours_first(points);
+        if (order.empty())
+            for (std::size_t i = 0; i < points.size(); ++i)
+                one(i);
+        else
+            for (const std::uint32_t i : order)
+                one(i);
+    }
+
+  private:
+    /// A span over w in [0, 1] from its own start, and g in Bernstein form: beta_i = constant[i] - q . (vx[i], vy[i]),
+    /// where q is the asked point seen from the start.
+    struct Leaf {
+        std::array<double, 6> constant, vx, vy;
+        Vec2 start, b, c, d, end;
+        double from, width;
+    };
+    /// Bounding boxes of neighbours: spans, or groups of the level below.
+    static constexpr std::size_t group_size = 8;
+    struct Group {
+        std::array<double, group_size> low_x, low_y, high_x, high_y;
+    };
+    struct Best {
+        std::size_t leaf;
+        double w;
+        double squared;
+    };
+    using Bernstein = std::array<double, 6>;
+
+    /// Empty: they follow each other as they are.
+    std::vector<std::uint32_t> neighbours_first(std::span<const Vec2> points) const;
+    void set_box(std::vector<Group>& groups, std::size_t at, const Vec2& low, const Vec2& high) const;
+    void search(const Vec2& point, std::size_t level, std::size_t group, std::size_t skip, Best& best) const;
+    void visit(const Vec2& point, std::size_t leaf, Best& best) const;
+    void solve(const Leaf& span, const Vec2& q, double low, double high, double w, std::size_t leaf, Best& best) const;
+    void split(const Leaf& span, const Vec2& q, const Bernstein& beta, double low, double high, std::size_t leaf,
+               Best& best) const;
+
+    std::vector<Leaf> leaves_;
+    std::vector<std::vector<Group>> levels_;  // levels_[0] holds the boxes of the spans; the last has one or two groups
+};
+
+}  // namespace cmm::fitting
