@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 
+#include "fitting/vec2.hpp"
+
 namespace cmm::fitting {
 
 /// The four cubic B-splines that live on a knot span [t_k, t_{k+1}], as polynomials of w = (t - t_k) / (t_{k+1} - t_k):
@@ -35,6 +37,19 @@ inline CubicBasis cubic_basis(const double* knots) {
               {-3.0 * first, 3.0 * first - slope, slope, 0.0},
               {3.0 * first, -3.0 * first - bend, bend, 0.0},
               {-first, first - cubic - last, cubic, last}}}};
+}
+
+/// The span's polynomial a + b u + c u^2 + d u^3, u = t - t_k; control(a) weighs function a.
+template <class Control>
+std::array<Vec2, 4> cubic_piece(const CubicBasis& basis, double width, const Control& control) {
+    std::array<Vec2, 4> piece;
+    double scale = 1.0;
+    for (std::size_t p = 0; p < 4; ++p, scale /= width) {
+        piece[p] = Vec2::Zero();
+        for (std::size_t a = 0; a < 4; ++a)
+            piece[p] += scale * basis.power[p][a] * control(a);
+    }
+    return piece;
 }
 
 }  // namespace cmm::fitting

@@ -118,16 +118,10 @@ core::Status LeastSquaresSpline::solve() {
 PiecewiseCubic LeastSquaresSpline::curve() const {
     const std::size_t count = spans(), controls = controls_.size();
     std::vector<PiecewiseCubic::Piece> pieces(count);
-    for (std::size_t k = 0; k < count; ++k) {
-        const double inverse_width = 1.0 / (break_at(k + 1) - break_at(k));
-        double scale = 1.0;
-        for (std::size_t power = 0; power < 4; ++power, scale *= inverse_width) {
-            Vec2 sum = Vec2::Zero();
-            for (std::size_t a = 0; a < 4; ++a)
-                sum += bases_[k].power[power][a] * controls_[k + a < controls ? k + a : k + a - controls];
-            pieces[k][power] = scale * sum;
-        }
-    }
+    for (std::size_t k = 0; k < count; ++k)
+        pieces[k] = cubic_piece(bases_[k], break_at(k + 1) - break_at(k), [&](std::size_t a) -> const Vec2& {
+            return controls_[k + a < controls ? k + a : k + a - controls];
+        });
     return {std::vector<double>(knots_.begin() + 3, knots_.end() - 3), std::move(pieces), closed_};
 }
 

@@ -76,28 +76,71 @@ PiecewiseCubic interpolate_periodic(std::span<const Vec2> points, std::vector<do
     return {std::move(parameters), std::move(pieces), true};
 }
 
-PiecewiseCubic interpolate_open(std::span<const Vec2> points, std::vector<double> parameters,
-                                const std::optional<Vec2>& start_derivative,
-                                const std::optional<Vec2>& end_derivative) {
-    const std::size_t n = points.size();
-    BandSolver<1> system(n, false);
-    std::vector<Vec2> second(n, Vec2::Zero());
-    for (std::size_t k = 0; k + 1 < n; ++k) {
-        const double h = parameters[k + 1] - parameters[k];
-        system.add(k, k, h / 3.0);
-        system.add(k + 1, k + 1, h / 3.0);
-        const bool natural_start = k == 0 && !start_derivative;
-        const bool natural_end = k + 2 == n && !end_derivative;
-        if (!natural_start && !natural_end) system.add(k, k + 1, h / 6.0);
-        const Vec2 slope = (points[k + 1] - points[k]) / h;
-        second[k] += slope;
-        second[k + 1] -= slope;
+namespace {
+
+/// Row of a tridiagonal system: before x_{i-1} + at x_i + after x_{i+1} = right.
+struct Row {
+    double before = 0.0, at = 0.0, after = 0.0;
+    Vec2 right = Vec2::Zero();
+};
+
+/// Gaussian elimination without pivoting: the rows are diagonally dominant.
+std::vector<Vec2> solve_tridiagonal(std::vector<Row>& rows) {
+    const std::size_t n = rows.size();
+    for (std::size_t i = 1; i < n; ++i) {
+        const double factor = rows[i].before / rows[i - 1].at;
+        rows[i].at -= factor * rows[i - 1].after;
+        rows[i].right -= factor * rows[i - 1].right;
     }
-    // A natural end keeps its own row (decoupled above) with right-hand side zero: second derivative zero.
-    second.front() = start_derivative ? Vec2(second.front() - *start_derivative) : Vec2::Zero();
-    second.back() = end_derivative ? Vec2(second.back() + *end_derivative) : Vec2::Zero();
-    system.factor();
-    system.solve(std::span(second));
+    std::vector<Vec2> x(n);
+    for (std::size_t i = n; i-- > 0;)
+        x[i] = (i + 1 < n ? Vec2(rows[i].right - rows[i].after * x[i + 1]) : rows[i].right) / rows[i].at;
+    return x;
+}
+
+using Kind = SplineEnd::Kind;
+
+/// Too few points for not-a-knot: the end gets the derivative of the polynomial of lowest degree. `slope` is that of
+/// the chord at this end, `next` of the one after it, `share` the part that the end's interval has of both.
+SplineEnd settled(const SplineEnd& end, const SplineEnd& other, std::size_t points, const Vec2& slope, const Vec2& next,
+                  double share) {
+    if (end.kind != Kind::not_a_knot || points > 3) return end;
+    if (points == 3) return other.kind == end.kind ? SplineEnd::derivative(slope - share * (next - slope)) : end;
+    return other.kind == Kind::derivative ? SplineEnd::derivative(2.0 * slope - other.value) : SplineEnd();
+}
+
+}  // namespace
+
+PiecewiseCubic interpolate_open(std::span<const Vec2> points, std::vector<double> parameters, const SplineEnd& start,
+                                const SplineEnd& end) {
+    const std::size_t n = points.size();
+    const auto width = [&](std::size_t k) { return parameters[k + 1] - parameters[k]; };
+    const auto slope = [&](std::size_t k) { return Vec2((points[k + 1] - points[k]) / width(k)); };
+    const double h = width(0), h_next = n > 2 ? width(1) : h, g = width(n - 2), g_next = n > 2 ? width(n - 3) : g;
+    const SplineEnd first = settled(start, end, n, slope(0), slope(n > 2 ? 1 : 0), h / (h + h_next));
+    const SplineEnd last = settled(end, start, n, slope(n - 2), slope(n > 2 ? n - 3 : 0), g / (g + g_next));
+
+    std::vector<Row> rows(n);  // of the second derivatives
+    for (std::size_t i = 1; i + 1 < n; ++i)
+        rows[i] = {width(i - 1) / 6.0, (width(i - 1) + width(i)) / 3.0, width(i) / 6.0, slope(i) - slope(i - 1)};
+    rows[0] = {0.0, 1.0, 0.0, Vec2::Zero()};
+    rows[n - 1] = rows[0];
+    if (first.kind == Kind::derivative) rows[0] = {0.0, h / 3.0, h / 6.0, slope(0) - first.value};
+    if (last.kind == Kind::derivative) rows[n - 1] = {g / 6.0, g / 3.0, 0.0, last.value - slope(n - 2)};
+    // Not a knot: M_0 = (1 + r) M_1 - r M_2 with r = h_0/h_1 goes into row 1; M_0 itself follows afterwards.
+    if (first.kind == Kind::not_a_knot) {
+        rows[1].at += (1.0 + h / h_next) * rows[1].before;
+        rows[1].after -= h / h_next * rows[1].before;
+        rows[1].before = 0.0;
+    }
+    if (last.kind == Kind::not_a_knot) {
+        rows[n - 2].at += (1.0 + g / g_next) * rows[n - 2].after;
+        rows[n - 2].before -= g / g_next * rows[n - 2].after;
+        rows[n - 2].after = 0.0;
+    }
+    std::vector<Vec2> second = solve_tridiagonal(rows);
+    if (first.kind == Kind::not_a_knot) second[0] = second[1] + h / h_next * (second[1] - second[2]);
+    if (last.kind == Kind::not_a_knot) second[n - 1] = second[n - 2] + g / g_next * (second[n - 2] - second[n - 3]);
     auto pieces = pieces_from(points, parameters, second);
     return {std::move(parameters), std::move(pieces), false};
 }

@@ -3,7 +3,7 @@
 
 #include <array>
 #include <cstddef>
-#include <optional>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -68,9 +68,19 @@ std::vector<double> chord_parameters(std::span<const Vec2> points, bool closed);
 /// Needs at least 3 points and strictly increasing parameters (checked by the callers).
 PiecewiseCubic interpolate_periodic(std::span<const Vec2> points, std::vector<double> parameters);
 
-/// The open C2 cubic spline; an end without a derivative is natural (second derivative zero).
+/// How an open spline ends: second derivative zero, a given first derivative, or not a knot (the third derivative does
+/// not jump at the first inner point, so that the end pieces are one cubic; de Boor 1978).
+struct SplineEnd {
+    enum class Kind : std::uint8_t { natural, derivative, not_a_knot } kind = Kind::natural;
+    Vec2 value = Vec2::Zero();  ///< the first derivative where it is given
+
+    static SplineEnd derivative(const Vec2& value) { return {Kind::derivative, value}; }
+    static SplineEnd not_a_knot() { return {Kind::not_a_knot, Vec2::Zero()}; }
+};
+
+/// The open C2 cubic spline through at least 2 points. Where there are too few points for not-a-knot the spline has
+/// the lowest degree that fits (two points, both ends: a line; three: a parabola).
 PiecewiseCubic interpolate_open(std::span<const Vec2> points, std::vector<double> parameters,
-                                const std::optional<Vec2>& start_derivative = {},
-                                const std::optional<Vec2>& end_derivative = {});
+                                const SplineEnd& start = {}, const SplineEnd& end = {});
 
 }  // namespace cmm::fitting

@@ -9,20 +9,10 @@
 #include <numbers>
 
 #include "core/rng.hpp"
+#include "support/recursion.hpp"
 
 namespace cmm::fitting {
 namespace {
-
-/// N_{i,degree}(t) straight from the recursion of seed 000, eq 7 (0/0 = 0).
-double basis_by_recursion(std::span<const double> knots, std::size_t i, int degree, double t) {
-    if (degree == 0) return knots[i] <= t && t < knots[i + 1] ? 1.0 : 0.0;
-    const auto d = static_cast<std::size_t>(degree);
-    const double rise = knots[i + d] - knots[i], fall = knots[i + d + 1] - knots[i + 1];
-    double sum = 0.0;
-    if (rise > 0.0) sum += (t - knots[i]) / rise * basis_by_recursion(knots, i, degree - 1, t);
-    if (fall > 0.0) sum += (knots[i + d + 1] - t) / fall * basis_by_recursion(knots, i + 1, degree - 1, t);
-    return sum;
-}
 
 struct Problem {
     std::vector<double> t, x, y, weights, breaks;
@@ -58,7 +48,7 @@ Eigen::MatrixXd dense_controls(const Problem& p, const LeastSquaresSpline& fit) 
         const auto at = static_cast<std::size_t>(i);
         const double root = std::sqrt(p.weights[at]);
         for (std::size_t j = 0; j + 4 < fit.knots().size(); ++j)
-            design(i, static_cast<Eigen::Index>(j) % controls) += root * basis_by_recursion(fit.knots(), j, 3, p.t[at]);
+            design(i, static_cast<Eigen::Index>(j) % controls) += root * truth::basis(fit.knots(), j, 3, p.t[at]);
         points.row(i) << root * p.x[at], root * p.y[at];
     }
     return design.householderQr().solve(points);
@@ -72,7 +62,7 @@ TEST(CubicBasis, IsTheRecursionAlsoAtRepeatedKnots) {
         for (const double w : {0.0, 0.2, 0.5, 0.99}) {
             const auto b = basis.at(w);
             for (std::size_t a = 0; a < 4; ++a)
-                EXPECT_NEAR(b[a], basis_by_recursion(knots, a, 3, knots[3] + w * (knots[4] - knots[3])), 1e-14);
+                EXPECT_NEAR(b[a], truth::basis(knots, a, 3, knots[3] + w * (knots[4] - knots[3])), 1e-14);
             EXPECT_NEAR(b[0] + b[1] + b[2] + b[3], 1.0, 1e-14);
         }
     }
@@ -93,7 +83,7 @@ TEST(LeastSquaresSpline, AgreesWithADenseSolver) {
             for (const double t : {0.0, 0.3, 2.2, 4.999}) {
                 Vec2 sum = Vec2::Zero();
                 for (std::size_t j = 0; j + 4 < fit.knots().size(); ++j)
-                    sum += basis_by_recursion(fit.knots(), j, 3, t) * fit.controls()[j % fit.controls().size()];
+                    sum += truth::basis(fit.knots(), j, 3, t) * fit.controls()[j % fit.controls().size()];
                 EXPECT_LT((curve.jet(t).position - sum).norm(), 1e-12) << closed << " " << t;
             }
         }

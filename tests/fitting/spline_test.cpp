@@ -59,7 +59,8 @@ TEST(OpenSpline, WithGivenEndDerivativesReproducesACubic) {
     std::vector<Vec2> points;
     for (const double at : t)
         points.push_back(cubic(at));
-    const auto spline = interpolate_open(points, t, slope(0.0), slope(2.3));
+    const auto spline =
+        interpolate_open(points, t, SplineEnd::derivative(slope(0.0)), SplineEnd::derivative(slope(2.3)));
     for (double at = 0.0; at <= 2.3; at += 0.05) {
         EXPECT_LT((spline.jet(at).position - cubic(at)).norm(), 1e-12);
         EXPECT_LT((spline.jet(at).d1 - slope(at)).norm(), 1e-11);
@@ -73,6 +74,48 @@ TEST(OpenSpline, NaturalEndsHaveNoSecondDerivative) {
     EXPECT_LT(spline.jet(spline.breaks().back()).d2.norm(), 1e-13);
     for (std::size_t i = 0; i < points.size(); ++i)
         EXPECT_LT((spline.jet(spline.breaks()[i]).position - points[i]).norm(), 1e-13);
+}
+
+/// Not a knot: a cubic comes back without its derivatives being told; the third derivative does not jump.
+TEST(OpenSpline, NotAKnotReproducesACubic) {
+    const auto cubic = [](double t) { return Vec2(1.0 + t - 2.0 * t * t + 0.5 * t * t * t, 2.0 - t * t * t); };
+    const auto slope = [](double t) { return Vec2(1.0 - 4.0 * t + 1.5 * t * t, -3.0 * t * t); };
+    const SplineEnd loose = SplineEnd::not_a_knot();
+    const std::vector<double> t{0.0, 0.4, 1.1, 1.5, 2.3};
+    for (const std::size_t n : {4U, 5U}) {
+        const std::vector<double> at(t.begin(), t.begin() + static_cast<std::ptrdiff_t>(n));
+        std::vector<Vec2> points;
+        for (const double u : at)
+            points.push_back(cubic(u));
+        const auto both = interpolate_open(points, at, loose, loose);
+        const auto start = interpolate_open(points, at, loose, SplineEnd::derivative(slope(at.back())));
+        const auto end = interpolate_open(points, at, SplineEnd::derivative(slope(0.0)), loose);
+        for (double u = 0.0; u <= at.back(); u += 0.05)
+            for (const auto* spline : {&both, &start, &end})
+                EXPECT_LT((spline->jet(u).position - cubic(u)).norm(), 1e-12) << n << " " << u;
+    }
+    const std::vector<Vec2> rough{{0, 0}, {1, 2}, {3, 1}, {4, 4}, {6, 0}};
+    const auto spline = interpolate_open(rough, t, loose, SplineEnd());
+    EXPECT_LT((spline.pieces()[0][3] - spline.pieces()[1][3]).norm(), 1e-12);
+    EXPECT_LT(spline.jet(2.3).d2.norm(), 1e-12);
+}
+
+TEST(OpenSpline, NotAKnotWithFewPointsHasTheLowestDegree) {
+    const SplineEnd loose = SplineEnd::not_a_knot();
+    const auto parabola = [](double t) { return Vec2(t, 1.0 - t + 2.0 * t * t); };
+    const std::vector<double> t{0.0, 0.5, 2.0};
+    const std::vector<Vec2> three{parabola(0.0), parabola(0.5), parabola(2.0)};
+    const auto through = interpolate_open(three, t, loose, loose);
+    const std::vector<double> ends{0.0, 2.0};
+    const std::vector<Vec2> two{parabola(0.0), parabola(2.0)};
+    const auto line = interpolate_open(two, ends, loose, loose);
+    const auto rising = interpolate_open(two, ends, SplineEnd::derivative({1.0, -1.0}), loose);
+    const auto falling = interpolate_open(two, ends, loose, SplineEnd::derivative({1.0, 7.0}));
+    for (double u = 0.0; u <= 2.0; u += 0.1) {
+        for (const auto* spline : {&through, &rising, &falling})
+            EXPECT_LT((spline->jet(u).position - parabola(u)).norm(), 1e-13);
+        EXPECT_LT((line.jet(u).position - (two[0] + 0.5 * u * (two[1] - two[0]))).norm(), 1e-14);
+    }
 }
 
 TEST(Jet, CurvatureOfALeftTurnIsPositive) {
