@@ -49,6 +49,7 @@ void forget_peak_memory() {
 int main() {
     const auto executable = std::filesystem::read_symlink("/proc/self/exe");
     std::printf("%-58s %10s  %10s  %10s  %-10s %s\n", "", "min", "median", "max", "unit", "target");
+    cmm::bench::bench_offsets();
     cmm::bench::bench_sections();
     cmm::bench::bench_chain((executable.parent_path() / "../../config").string());
     return 0;

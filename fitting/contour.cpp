@@ -9,7 +9,6 @@
 
 #include "core/text.hpp"
 #include "fitting/circle.hpp"
-#include "fitting/closed_curve.hpp"
 #include "fitting/edges.hpp"
 #include "fitting/join.hpp"
 #include "fitting/offset.hpp"
@@ -34,7 +33,7 @@ class ContourBuilder {
     core::Status run() {
         const std::size_t dense = 2 * std::max<std::size_t>(options_.contour_points, 400);
         const double r = options_.ball_radius_mm;
-        auto part = offset_inwards(ClosedCurve(smooth_.curve), r, dense).points;
+        auto part = offset_inwards(smooth_.curve, r, dense).points;
         auto edges = find_edges(part, options_.le_hint, options_.te_hint);
         if (!edges) return tl::unexpected(edges.error());
         std::vector<ArcPatch> patches;
@@ -42,7 +41,7 @@ class ContourBuilder {
         fit_.te = fit_arc(edges->te, part, patches);
         if (!patches.empty()) {
             const Vec2 le = part[edges->le.nose].position, te = part[edges->te.nose].position;
-            part = offset_inwards(ClosedCurve(join_arcs(smooth_.curve, patches)), r, dense).points;
+            part = offset_inwards(join_arcs(smooth_.curve, patches), r, dense).points;
             edges = find_edges(part, le, te);
             if (!edges) return tl::unexpected(edges.error());
         }

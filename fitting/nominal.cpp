@@ -24,7 +24,8 @@ core::Result<NominalSection> analyse_nominal(std::span<const Vec2> points, const
     if (!curve) return tl::unexpected(curve.error());
     NominalSection nominal;
     nominal.curve_ = std::move(*curve);
-    const auto samples = offset_inwards(nominal.curve_, 0.0, std::max<std::size_t>(2000, 4 * points.size())).points;
+    const auto samples =
+        offset_curve(nominal.curve_.spline(), 0.0, std::max<std::size_t>(2000, 4 * points.size())).points;
     const auto edges = find_edges(samples, options.le_hint, options.te_hint);
     if (!edges) return tl::unexpected(edges.error());
     const auto place = [&](std::size_t i) { return nominal.curve_.arc_length_at(samples[i].t); };

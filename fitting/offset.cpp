@@ -3,98 +3,125 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <utility>
+
+#include "fitting/trimming.hpp"
 
 namespace cmm::fitting {
 namespace {
 
-std::vector<OffsetPoint> sample(const ClosedCurve& curve, double radius, std::size_t count) {
-    const PiecewiseCubic& spline = curve.spline();
-    const auto& breaks = spline.breaks();
-    std::vector<double> turn(spline.spans());
-    double total_turn = 0.0;
-    for (std::size_t k = 0; k < spline.spans(); ++k) {
-        turn[k] = std::abs(turn_angle(spline.pieces()[k][1], spline.pieces()[(k + 1) % spline.spans()][1]));
-        total_turn += turn[k];
+constexpr double turn_share = 0.25;
+constexpr double corner_step_rad = 0.02;
+
+class Sampler {
+  public:
+    Sampler(const ParallelCurve& curve, std::size_t count) : curve_(curve), source_(curve.source()) {
+        const auto& breaks = source_.breaks();
+        const std::size_t n = source_.spans();
+        std::vector<double> turn(n, 0.0);
+        double total = 0.0;
+        for (const Stretch& s : curve.stretches()) {
+            if (s.about_corner) continue;
+            turn[s.span] += s.turn;
+            total += s.turn;
+        }
+        step_.resize(n);
+        for (std::size_t k = 0; k < n; ++k) {
+            const double width = breaks[k + 1] - breaks[k];
+            const double share = (1.0 - turn_share) * width / source_.period() + turn_share * turn[k] / total;
+            step_[k] = width / std::max(1.0, std::ceil(share * static_cast<double>(count)));
+        }
+        points_.reserve(count + n);
     }
-    std::vector<OffsetPoint> points;
-    points.reserve(count + spline.spans());
-    for (std::size_t k = 0; k < spline.spans(); ++k) {
-        const double h = breaks[k + 1] - breaks[k];
-        const double share = 0.75 * h / spline.period() + 0.25 * turn[k] / total_turn;
-        const auto parts =
-            std::max<std::size_t>(1, static_cast<std::size_t>(std::ceil(share * static_cast<double>(count))));
-        for (std::size_t j = 0; j < parts; ++j) {
-            const double t = breaks[k] + h * static_cast<double>(j) / static_cast<double>(parts);
-            const Jet jet = spline.jet_in(k, t);
-            const Vec2 normal = jet.right_normal();
-            points.push_back({jet.position - radius * normal, normal, t});
+
+    void append(const TrimmedLoop& loop) {
+        for (std::size_t i = 0; i < loop.branches.size(); ++i) {
+            const Branch& branch = loop.branches[i];
+            for (const StretchPart& part : branch)
+                append(part, !loop.smooth && &part == &branch.front());
+            if (!loop.smooth) add_corner(branch.back(), loop.branches[(i + 1) % loop.branches.size()].front());
         }
     }
-    return points;
-}
 
-/// Marks the points around `at` that are nearer than the radius to the source curve.
-void mark_loop(const std::vector<OffsetPoint>& points, double radius, std::size_t at, std::vector<char>& cut) {
-    const std::size_t n = points.size();
-    const auto source = [&](std::size_t i) -> Vec2 { return points[i].position + radius * points[i].normal; };
-    const double limit = radius * radius * (1.0 - 1e-9);
-    const auto too_near = [&](std::size_t i) {
-        for (const int direction : {1, -1}) {
-            double walked = 0.0;
-            std::size_t j = i;
-            Vec2 last = source(i);
-            for (std::size_t step = 0; step < n / 2 && walked < std::numbers::pi * radius; ++step) {
-                j = direction > 0 ? (j + 1) % n : (j + n - 1) % n;
-                const Vec2 here = source(j);
-                if ((here - points[i].position).squaredNorm() < limit) return true;
-                walked += (here - last).norm();
-                last = here;
-            }
+    std::vector<OffsetPoint> take() && { return std::move(points_); }
+
+  private:
+    void add_corner(const StretchPart& before, const StretchPart& after) {
+        add(before.stretch, before.to);
+        Vec2& normal = points_.back().normal;
+        normal = (normal + curve_.at(curve_.stretches()[after.stretch], after.from).normal).normalized();
+    }
+
+    void add(std::size_t stretch, double x) { points_.push_back(curve_.at(curve_.stretches()[stretch], x)); }
+
+    /// From the part's beginning (`open`: after it) to before its end.
+    void append(const StretchPart& part, bool open) {
+        const Stretch& s = curve_.stretches()[part.stretch];
+        if (s.about_corner) {
+            const auto parts = static_cast<std::size_t>(std::ceil(std::abs(part.to - part.from) / corner_step_rad));
+            for (std::size_t j = open ? 1 : 0; j < parts; ++j)
+                add(part.stretch,
+                    part.from + (part.to - part.from) * static_cast<double>(j) / static_cast<double>(parts));
+            return;
         }
-        return false;
-    };
-    cut[at] = 1;
-    for (std::size_t i = (at + 1) % n; !cut[i] && too_near(i); i = (i + 1) % n)
-        cut[i] = 1;
-    for (std::size_t i = (at + n - 1) % n; !cut[i] && too_near(i); i = (i + n - 1) % n)
-        cut[i] = 1;
-}
+        constexpr double slack = 1e-9;
+        const double origin = source_.breaks()[s.span], step = step_[s.span];
+        const double low = (part.from - origin) / step, high = std::ceil((part.to - origin) / step - slack);
+        const double first = open ? std::floor(low + slack) + 1.0 : std::ceil(low - slack);
+        if (high > first) append(s.span, origin + first * step, step, static_cast<std::size_t>(high - first));
+    }
 
-bool runs_backwards(const OffsetPoint& from, const OffsetPoint& to) {
-    const Vec2 normal = from.normal + to.normal;
-    return (to.position - from.position).dot(Vec2(-normal.y(), normal.x())) <= 0.0;
-}
+    /// Points at first, first + step, ...: four at a time.
+    void append(std::size_t span, double first, double step, std::size_t count) {
+        using Lanes = Eigen::Array<double, 4, 1>;
+        const auto& [a, b, c, d] = source_.pieces()[span];
+        const double origin = source_.breaks()[span], distance = curve_.distance();
+        const Lanes index(0.0, 1.0, 2.0, 3.0);
+        for (std::size_t j = 0; j < count; j += 4) {
+            const Lanes t = first + step * (index + static_cast<double>(j)), u = t - origin;
+            const Lanes dx = b.x() + u * (2.0 * c.x() + u * (3.0 * d.x()));
+            const Lanes dy = b.y() + u * (2.0 * c.y() + u * (3.0 * d.y()));
+            const Lanes inverse = (dx * dx + dy * dy).sqrt().inverse();
+            const Lanes nx = dy * inverse, ny = -dx * inverse;
+            const Lanes x = a.x() + u * (b.x() + u * (c.x() + u * d.x())) + distance * nx;
+            const Lanes y = a.y() + u * (b.y() + u * (c.y() + u * d.y())) + distance * ny;
+            for (std::size_t k = 0; k < std::min<std::size_t>(4, count - j); ++k)
+                points_.push_back({{x[k], y[k]}, {nx[k], ny[k]}, t[k]});
+        }
+    }
 
-void drop(std::vector<OffsetPoint>& points, const std::vector<char>& cut) {
-    std::size_t kept = 0;
-    for (std::size_t i = 0; i < points.size(); ++i)
-        if (!cut[i]) points[kept++] = points[i];
-    points.resize(kept);
+    const ParallelCurve& curve_;
+    const PiecewiseCubic& source_;
+    std::vector<double> step_;  // of the parameter, by piece
+    std::vector<OffsetPoint> points_;
+};
+
+std::vector<OffsetCorner> corners_of(const ParallelCurve& curve, const TrimmedLoop& loop) {
+    std::vector<OffsetCorner> corners;
+    if (loop.smooth) return corners;
+    for (std::size_t i = 0; i < loop.branches.size(); ++i) {
+        const StretchPart& last = loop.branches[i].back();
+        const StretchPart& next = loop.branches[(i + 1) % loop.branches.size()].front();
+        const OffsetPoint end = curve.at(curve.stretches()[last.stretch], last.to);
+        corners.push_back({end.position, end.t, curve.at(curve.stretches()[next.stretch], next.from).t});
+    }
+    return corners;
 }
 
 }  // namespace
 
-Offset offset_inwards(const ClosedCurve& curve, double radius_mm, std::size_t count) {
-    Offset offset;
-    offset.points = sample(curve, radius_mm, count);
-    if (!(radius_mm > 0.0)) return offset;
-    const std::size_t sampled = offset.points.size();
-    // Twice: what is left after the cut may still step back by less than one sample.
-    for (int pass = 0; pass < 3 && offset.points.size() > 8; ++pass) {
-        std::vector<char> cut(offset.points.size(), 0);
-        bool any = false;
-        for (std::size_t i = 0; i < offset.points.size(); ++i) {
-            const std::size_t next = (i + 1) % offset.points.size();
-            if (cut[i] || cut[next] || !runs_backwards(offset.points[i], offset.points[next])) continue;
-            any = true;
-            mark_loop(offset.points, radius_mm, i, cut);
-        }
-        if (!any) break;
-        drop(offset.points, cut);
-    }
-    offset.trimmed = sampled - offset.points.size();
-    return offset;
+Offset offset_curve(const PiecewiseCubic& source, double distance_mm, std::size_t count) {
+    const ParallelCurve curve(source, distance_mm);
+    const TrimmedLoop loop = largest_loop(curve);
+    Sampler sampler(curve, count);
+    sampler.append(loop);
+    return {std::move(sampler).take(), corners_of(curve, loop)};
+}
+
+LeanError lean_error(double ball_radius_mm, double lean_rad) {
+    const double cosine = std::cos(lean_rad);
+    return {ball_radius_mm * (1.0 / cosine - 1.0), ball_radius_mm * (1.0 - cosine),
+            ball_radius_mm * std::sin(lean_rad)};
 }
 
 }  // namespace cmm::fitting

@@ -4,25 +4,43 @@
 #include <cstddef>
 #include <vector>
 
-#include "fitting/closed_curve.hpp"
+#include "fitting/parallel_curve.hpp"
 
 namespace cmm::fitting {
 
-/// A point of a parallel curve and where it comes from.
-struct OffsetPoint {
+/// Where a loop was cut off: the two branches that meet and the part of the source between them, which the parallel
+/// curve does not show (a ball of that radius does not reach it).
+struct OffsetCorner {
     Vec2 position = Vec2::Zero();
-    Vec2 normal = Vec2::Zero();  ///< unit, outward
-    double t = 0.0;              ///< parameter on the source curve
+    double from = 0.0, to = 0.0;  ///< source parameters that are cut off; to < from: over the period's end
 };
 
+/// Exact points of a parallel curve, closed, counter-clockwise.
 struct Offset {
-    std::vector<OffsetPoint> points;  ///< closed, counter-clockwise
-    std::size_t trimmed = 0;          ///< points that were cut off with loops
+    /// A corner is one of them, with the normal that halves the angle between those of its branches.
+    std::vector<OffsetPoint> points;
+    std::vector<OffsetCorner> corners;
 };
 
-/// The parallel curve at `radius` inwards, c - r n (seed 000, eq 15-17, on a counter-clockwise curve), at about `count`
-/// points: three quarters of them evenly by arc length, the rest by turning. Points nearer than `radius` to the source
-/// (loops where the radius exceeds the local radius of curvature, A24) are cut off. radius 0 samples the curve itself.
-Offset offset_inwards(const ClosedCurve& curve, double radius_mm, std::size_t count);
+/// The curve c + d n parallel to a closed counter-clockwise curve without crossings (n: outward normal; d > 0 outwards;
+/// seed 000, eq 15-17) at about `count` points: three quarters of them evenly by length, the rest by turning. Loops are
+/// cut off exactly where their branches meet, both local ones (|d| above a radius of curvature, A24) and those of
+/// opposite branches; of several closed parts the one with the largest area is taken. A corner of c is rounded by the
+/// arc of radius |d| where the parallel curve would gape. Empty: nothing of the curve is as far away as |d|.
+Offset offset_curve(const PiecewiseCubic& source, double distance_mm, std::size_t count);
+
+/// From ball centres to the part: offset_curve at -radius.
+inline Offset offset_inwards(const PiecewiseCubic& centres, double radius_mm, std::size_t count) {
+    return offset_curve(centres, -radius_mm, count);
+}
+
+/// What the 2-D offset does where the surface leans by `lean_rad` to the section's normal direction (A22): the ball
+/// touches above or below the plane, and the section comes out too thick.
+struct LeanError {
+    double in_plane_mm = 0.0;  ///< r (1/cos a - 1), seed 000, eq 18
+    double normal_mm = 0.0;    ///< r (1 - cos a), to the surface
+    double height_mm = 0.0;    ///< r sin a, of the true contact
+};
+LeanError lean_error(double ball_radius_mm, double lean_rad);
 
 }  // namespace cmm::fitting
