@@ -105,8 +105,27 @@ class BandSolver {
                 rhs[i - m] -= band_[i][m] * rhs[i];
     }
 
-  private:
+    /// A row of the upper band: elements (i, i), (i, i + 1), ..., (i, i + W), round the end when cyclic.
     using Row = std::array<double, W + 1>;
+
+    /// The band of the inverse (Takahashi, Fagan, Chen 1973), O(n W^2); `factor` has succeeded. `inverse` keeps its
+    /// memory.
+    void invert(std::vector<Row>& inverse) {
+        inverse.assign(size_, Row{});
+        const Corner corner =
+            border_.empty() ? Corner(Corner::Zero()) : Corner(corner_factor_.solve(Corner::Identity()));
+        across_.resize(border_.size());
+        for (std::size_t i = core_; i-- > 0;)
+            invert_row(i, corner, inverse);
+        for (std::size_t p = 0; p < size_ - core_; ++p)
+            for (std::size_t m = 0; m <= W; ++m) {
+                const std::size_t j = core_ + p + m;
+                inverse[core_ + p][m] =
+                    j < size_ ? corner(static_cast<int>(p), static_cast<int>(j - core_)) : across_[j - size_][p];
+            }
+    }
+
+  private:
     using Border = std::array<double, W>;
     using Corner = Eigen::Matrix<double, W, W>;
 
@@ -119,6 +138,41 @@ class BandSolver {
         for (std::size_t b = 0; b < W; ++b)
             for (std::size_t c = 0; c <= b; ++c)
                 corner_(static_cast<int>(b), static_cast<int>(c)) -= column[b] * band_[i][0] * column[c];
+    }
+
+    /// Row i of the inverse from the rows after it; across_[i][b] is its element (i, core + b).
+    void invert_row(std::size_t i, const Corner& corner, std::vector<Row>& inverse) {
+        const std::size_t reach = std::min<std::size_t>(W, core_ - 1 - i);
+        Row& row = inverse[i];
+        Border edge{}, share{};  // share: the border's part of column i of L
+        if (!border_.empty()) {
+            for (std::size_t b = 0; b < W; ++b)
+                share[b] = border_[i][b] * band_[i][0];
+            for (std::size_t b = 0; b < W; ++b)
+                for (std::size_t c = 0; c < W; ++c)
+                    edge[b] -= share[c] * corner(static_cast<int>(b), static_cast<int>(c));
+            for (std::size_t m = 1; m <= reach; ++m)
+                for (std::size_t b = 0; b < W; ++b)
+                    edge[b] -= band_[i + m][m] * across_[i + m][b];
+            across_[i] = edge;
+        }
+        double diagonal = band_[i][0];
+        for (std::size_t j = 1; j <= reach; ++j) {
+            double sum = 0.0;
+            for (std::size_t m = 1; m <= reach; ++m)
+                sum -= band_[i + m][m] * (m < j ? inverse[i + m][j - m] : inverse[i + j][m - j]);
+            if (!border_.empty())
+                for (std::size_t b = 0; b < W; ++b)
+                    sum -= share[b] * across_[i + j][b];
+            row[j] = sum;
+            diagonal -= band_[i + j][j] * sum;
+        }
+        if (!border_.empty())
+            for (std::size_t b = 0; b < W; ++b) {
+                diagonal -= share[b] * edge[b];
+                if (i + W >= core_ + b) row[core_ + b - i] = edge[b];
+            }
+        row[0] = diagonal;
     }
 
     template <class Value>
@@ -141,6 +195,7 @@ class BandSolver {
 
     std::size_t size_ = 0, core_ = 0;
     std::vector<Row> band_;       // row i: A(i, i), A(i, i-1), ...; after factor() 1/D(i), L(i, i-1), ...
+    std::vector<Border> across_;  // of the inverse
     std::vector<Border> border_;  // column i: A(core + b, i); after factor() D(i) L(core + b, i)
     Corner corner_ = Corner::Zero();
     Eigen::LLT<Corner> corner_factor_;

@@ -154,9 +154,8 @@ class ContourBuilder {
     /// k = 2 times the noise that the smoothing leaves, and the bound of the 2-D compensation (A22, eq 18) where the
     /// lean of the surface is known.
     double uncertainty(double t) const {
-        const std::size_t span = smooth_.curve.span_of(t);
         const double lean = options_.ball_radius_mm * (1.0 / std::max(std::cos(options_.lean_rad), 0.1) - 1.0);
-        return 2.0 * fit_.noise_sigma_mm * std::sqrt(smooth_.leverage[span]) + lean;
+        return 2.0 * smooth_.noise.sigma_mm(smooth_.curve.wrap(t)) + lean;
     }
 
     static void set_arc_lengths(std::vector<ContourPoint>& points) {

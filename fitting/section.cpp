@@ -21,10 +21,8 @@ using core::ErrorCode;
 
 constexpr double reject_share = 1.5;   // of the threshold: the curve may be off where the sampling is sparse
 constexpr double restore_share = 0.6;  // of the threshold: below it a point that its neighbours accused is good
-constexpr std::size_t stiff_span = 8;  // points a knot interval of the first fit: a run of three bad ones stands out
-constexpr std::size_t supple_span = 3;
-constexpr double clear_share = 2.0;  // of the threshold: above it the good neighbours' word stands
-constexpr int most_rounds = 5;       // of fit, reject, restore
+constexpr double clear_share = 2.0;    // of the threshold: above it the good neighbours' word stands
+constexpr int most_rounds = 5;         // of fit, reject, restore
 constexpr double most_bad_share = 0.2;
 constexpr int most_cuts = 4;              // tangles are cut so often
 constexpr double turning_back_rad = 2.2;  // from one step to the next
@@ -88,7 +86,7 @@ class SectionFitter {
             if (turns || !cut_tangles()) break;
         }
         if (!turns) return turns;
-        estimate_noise();
+        fit_.noise_sigma_mm = smooth_.sigma_mm;
         return {};
     }
 
@@ -96,7 +94,7 @@ class SectionFitter {
     core::Status fit_rounds(const BadPoints& found, int cuts) {
         for (int round = 0; round < most_rounds; ++round) {
             collect_good_points();
-            auto smooth = smooth_closed(good_, found.sigma_mm, round == 0 ? stiff_span : supple_span);
+            auto smooth = smooth_closed(good_, round == 0 ? Stiffness::stiff : Stiffness::supple);
             if (!smooth) return tl::unexpected(smooth.error());
             smooth_ = std::move(*smooth);
             if (cuts > 0 || (!revise_verdicts(found, round) && round > 0)) break;
@@ -204,14 +202,6 @@ class SectionFitter {
             return (a - p).squaredNorm() < (b - p).squaredNorm();
         });
         return smooth_.parameter[static_cast<std::size_t>(nearest - good_.begin())];
-    }
-
-    void estimate_noise() {
-        double squares = 0.0;
-        for (const double r : smooth_.residual)
-            squares += r * r;
-        const std::size_t free = good_.size() > smooth_.curve.spans() ? good_.size() - smooth_.curve.spans() : 0;
-        fit_.noise_sigma_mm = free > 0 ? std::sqrt(squares / static_cast<double>(free)) : 0.0;
     }
 
     /// A closed curve without crossings turns once (Hopf's Umlaufsatz).

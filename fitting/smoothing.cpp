@@ -2,112 +2,122 @@
 #include "fitting/smoothing.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+#include <string>
 
-#include "fitting/band_solver.hpp"
+#include "fitting/knot_spacing.hpp"
+#include "fitting/least_squares.hpp"
+#include "fitting/roughness.hpp"
 
 namespace cmm::fitting {
 namespace {
 
 using core::ErrorCode;
-using Cubic = std::array<double, 4>;
-using SpanBasis = std::array<Cubic, 4>;  // the four B-splines that live on a span, as polynomials of u = t - t_k
+using Four = std::array<double, 4>;
+using Five = std::array<double, 5>;
 
 constexpr std::size_t least_points = 12;
-constexpr double sigma_floor_mm =
-    1e-4;  // below 0.1 um nothing is resolved: noise-free data do not ask for endless knots
-constexpr double gross_misfit_mm = 1e-3;
+constexpr std::size_t least_spans = 10, most_spans = 512;
+constexpr double least_sigma_mm = 2e-5;  // nothing below is resolved
+constexpr double anchor_sigmas = 12.0;   // distance of anchors
+constexpr double turn_rad = 0.1;         // that a span holds at 1 um noise
+constexpr double common_sigma_mm = 1e-3;
+constexpr double start_ridge = 1e-3;  // weight of the third differences in the start curve, in points
+constexpr double start_roughness = 1e-6;
+constexpr int rounds = 2, tunings = 7, last_tunings = 2;
+constexpr double longest_period_mm = 1e7;
 
-/// Basis of span k by the recursion of seed 000, eq 7, carried out on polynomials; `knot(i)` continues over the period.
-template <class Knot>
-SpanBasis span_basis(const Knot& knot, std::ptrdiff_t k) {
-    const double origin = knot(k);
-    SpanBasis basis{};
-    basis[0][0] = 1.0;
-    for (int degree = 1; degree <= 3; ++degree) {
-        SpanBasis next{};
-        for (int j = 0; j < degree; ++j) {
-            // N_{i,degree-1} with i = k - degree + 1 + j feeds N_{i-1,degree} and N_{i,degree}.
-            const std::ptrdiff_t i = k - degree + 1 + j;
-            const double low = knot(i) - origin, high = knot(i + degree) - origin, width = high - low;
-            for (int power = 0; power < degree; ++power) {
-                const double value = basis[j][power] / width;
-                next[j][power] += high * value;
-                next[j][power + 1] -= value;
-                next[j + 1][power] -= low * value;
-                next[j + 1][power + 1] += value;
-            }
-        }
-        basis = next;
+/// Median of n values, which are reordered.
+double median(std::vector<double>& values) {
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+/// Noise along the normal, roughly and too large where the points are sparse: from the offsets of the points from the
+/// chord of their neighbours.
+double rough_sigma(std::span<const Vec2> points) {
+    const std::size_t n = points.size();
+    std::vector<double> off(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        const Vec2 &before = points[(i + n - 1) % n], &after = points[(i + 1) % n];
+        const Vec2 chord = after - before;
+        off[i] = std::abs(cross(points[i] - before, chord)) / std::max(chord.norm(), 1e-12);
     }
-    return basis;
-}
-
-double value_of(const Cubic& p, double u) {
-    return p[0] + u * (p[1] + u * (p[2] + u * p[3]));
-}
-
-/// 99.9 % limit of a chi-square with n degrees of freedom (Wilson and Hilferty 1931).
-double chi_square_limit(double n) {
-    const double a = 2.0 / (9.0 * n), root = 1.0 - a + 3.1 * std::sqrt(a);
-    return n * root * root * root;
+    return std::max(median(off) / (0.6745 * 1.2247), least_sigma_mm);
 }
 
 class Smoother {
   public:
-    Smoother(std::span<const Vec2> points, double sigma, std::size_t least_per_span)
-        : input_(points),
-          sigma_(std::max(sigma, sigma_floor_mm)),
-          least_per_span_(least_per_span),
-          order_(points.size()) {
-        std::iota(order_.begin(), order_.end(), std::size_t{0});
-        parametrise_by_chords();
-        sort_points();
-        place_first_knots();
-    }
+    Smoother(std::span<const Vec2> points, Stiffness stiffness) : input_(points), stiffness_(stiffness) {}
 
     core::Status run() {
-        for (int pass = 0; pass < 2; ++pass) {
-            for (int round = 0; round < 12; ++round) {
+        sigma_ = rough_sigma(input_);
+        parametrise_by_chords();
+        if (!std::isfinite(sigma_) || !(period_ > 0.0 && period_ < longest_period_mm))
+            return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: the points span no plausible length");
+        sort_points();
+        if (auto status = start(); !status) return status;
+        for (int round = 0; round < rounds; ++round) {
+            measure();
+            const int count = round == 0 ? tunings : last_tunings;
+            for (int tuning = 0; tuning < count; ++tuning) {
                 if (!solve()) return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: singular system");
-                if (!split_spans()) break;
+                tune();
             }
-            if (pass == 0) parametrise_by_curve();
+            move();
         }
+        measure();
         return {};
     }
 
     SmoothCurve result() && {
         SmoothCurve out;
-        const std::size_t n = points_.size();
+        const std::size_t n = t_.size();
         out.parameter.resize(n);
         out.residual.resize(n);
+        out.leverage.resize(n);
         for (std::size_t i = 0; i < n; ++i) {
-            out.parameter[order_[i]] = t_[i];
-            out.residual[order_[i]] = residual_[i];
+            const std::size_t to = order_[i];
+            out.parameter[to] = t_[i];
+            out.residual[to] = residual_[i];
+            const Four& b = basis_[i];
+            double sum = 0.0;
+            for (std::size_t a = 0; a < 4; ++a) {
+                const auto& row = inverse_[wrapped(span_[i] + a)];
+                sum += b[a] * b[a] * row[0];
+                for (std::size_t c = a + 1; c < 4; ++c)
+                    sum += 2.0 * b[a] * b[c] * row[c - a];
+            }
+            out.leverage[to] = std::clamp(sum, 0.0, 1.0);
         }
-        const std::size_t spans = first_.size() - 1;
-        out.leverage.resize(spans);
-        for (std::size_t k = 0; k < spans; ++k) {
-            const std::size_t held = count(k) + count((k + 1) % spans) + count((k + spans - 1) % spans);
-            out.leverage[k] = std::min(1.0, 3.0 / static_cast<double>(held));
-        }
+        out.sigma_mm = sigma_;
+        out.freedom = freedom_;
+        std::vector<Four> covariance(spans_);
+        for (std::size_t k = 0; k < spans_; ++k)
+            for (std::size_t m = 0; m < 4; ++m)
+                covariance[k][m] = sigma_ * sigma_ * inverse_[k][m];
+        std::vector<CubicBasis> bases;
+        for (std::size_t k = 0; k < spans_; ++k)
+            bases.push_back(least_squares_.basis(k));
+        out.noise = CurveNoise(curve_.breaks(), std::move(bases), std::move(covariance));
         out.curve = std::move(curve_);
         return out;
     }
 
   private:
-    std::size_t count(std::size_t span) const { return first_[span + 1] - first_[span]; }
+    std::size_t wrapped(std::size_t control) const { return control < spans_ ? control : control - spans_; }
+    double width(std::size_t k) const { return breaks_[k + 1] - breaks_[k]; }
 
     /// Chord lengths between anchors that are clearly farther apart than the noise; the points between are projected.
     void parametrise_by_chords() {
         const std::size_t n = input_.size();
-        const double apart = 12.0 * sigma_;
+        const double apart = anchor_sigmas * sigma_;
         t_.assign(n, 0.0);
         std::size_t anchor = 0;
+        anchors_.assign(1, 0);
         const auto project = [&](std::size_t from, std::size_t to, const Vec2& end) {
             const Vec2 chord = end - input_[from];
             const double squared = chord.squaredNorm(), length = std::sqrt(squared);
@@ -121,185 +131,307 @@ class Smoother {
             if ((input_[i] - input_[anchor]).norm() < apart) continue;
             t_[i] = project(anchor, i, input_[i]);
             anchor = i;
+            anchors_.push_back(i);
         }
         period_ = project(anchor, n, input_[0]);
+        if (anchors_.size() > 1 && (input_[anchors_.back()] - input_[0]).norm() < apart) anchors_.pop_back();
     }
 
     void sort_points() {
-        std::vector<std::size_t> by_t(t_.size());
-        std::iota(by_t.begin(), by_t.end(), std::size_t{0});
-        std::stable_sort(by_t.begin(), by_t.end(), [&](std::size_t a, std::size_t b) { return t_[a] < t_[b]; });
-        std::vector<double> t(t_.size());
-        std::vector<std::size_t> order(t_.size());
-        points_.resize(t_.size());
-        for (std::size_t i = 0; i < by_t.size(); ++i) {
-            t[i] = t_[by_t[i]];
-            order[i] = order_[by_t[i]];
-            points_[i] = input_[order[i]];
+        const std::size_t n = t_.size();
+        order_.resize(n);
+        std::iota(order_.begin(), order_.end(), std::size_t{0});
+        if (!std::is_sorted(t_.begin(), t_.end()))
+            std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) { return t_[a] < t_[b]; });
+        for (const std::size_t i : anchors_) {
+            anchor_points_.push_back(input_[i]);
+            anchor_t_.push_back(t_[i]);
         }
-        t_ = std::move(t);
-        order_ = std::move(order);
-        residual_.assign(t_.size(), 0.0);
+        std::vector<double> t(n);
+        points_.resize(n);
+        for (std::size_t i = 0; i < n; ++i) {
+            t[i] = t_[order_[i]];
+            points_[i] = input_[order_[i]];
+        }
+        chord_t_ = std::move(t);
+        span_.resize(n);
+        basis_.resize(n);
+        residual_.resize(n);
     }
 
-    void place_first_knots() {
-        const std::size_t n = points_.size();
-        const std::size_t spans = std::min(n, std::max<std::size_t>(16, n / 24));
-        first_.clear();
-        for (std::size_t k = 0; k <= spans; ++k)
-            push_knot(first_, k * n / spans);
-        first_.back() = n;
+    /// Least squares of the points themselves, hardly smoothed; with finer knots when the noise turns out to be small.
+    core::Status start() {
+        double turn = turn_rad;
+        for (int attempt = 0;; ++attempt) {
+            if (auto status = fit_start(turn); !status) return status;
+            const double finer = turn_rad * std::clamp(std::cbrt(sigma_ / common_sigma_mm), 0.35, 1.2);
+            if (attempt > 0 || finer > 0.8 * turn) return {};
+            turn = finer;
+        }
     }
 
-    /// Knots sit on points; two knots on the same parameter are one.
-    void push_knot(std::vector<std::size_t>& knots, std::size_t first) const {
-        if (!knots.empty() && first < points_.size() && t_[first] - t_[knots.back()] < 1e-9 * period_) return;
-        knots.push_back(first);
-    }
-
-    double knot(std::ptrdiff_t k) const {
-        const auto spans = static_cast<std::ptrdiff_t>(first_.size()) - 1;
-        const std::ptrdiff_t turns = k >= 0 ? k / spans : -((spans - 1 - k) / spans);
-        return t_[first_[static_cast<std::size_t>(k - turns * spans)]] + static_cast<double>(turns) * period_;
-    }
-
-    bool solve() {
-        const std::size_t spans = first_.size() - 1;
-        if (spans < 7) return false;
-        BandSolver<3> normal(spans, true);
-        std::vector<Vec2> control(spans, Vec2::Zero());
-        std::vector<SpanBasis> bases(spans);
-        for (std::size_t k = 0; k < spans; ++k) {
-            bases[k] = span_basis([this](std::ptrdiff_t i) { return knot(i); }, static_cast<std::ptrdiff_t>(k));
-            std::array<std::array<double, 4>, 4> gram{};
-            std::array<Vec2, 4> moment{Vec2::Zero(), Vec2::Zero(), Vec2::Zero(), Vec2::Zero()};
-            for (std::size_t i = first_[k]; i < first_[k + 1]; ++i) {
-                const double u = t_[i] - t_[first_[k]];
-                std::array<double, 4> b{};
-                for (std::size_t a = 0; a < 4; ++a) {
-                    b[a] = value_of(bases[k][a], u);
-                    moment[a] += b[a] * points_[i];
-                    for (std::size_t c = 0; c <= a; ++c)
-                        gram[a][c] += b[a] * b[c];
-                }
-            }
-            for (std::size_t a = 0; a < 4; ++a) {
-                control[(k + a) % spans] += moment[a];
+    core::Status fit_start(double turn) {
+        const std::size_t most = std::clamp(anchor_points_.size() * 2, least_spans, most_spans);
+        t_ = chord_t_;
+        breaks_ = graded_knots(anchor_points_, anchor_t_, period_, turn, most);
+        if (auto status = least_squares_.set_knots(breaks_, true); !status) return status;
+        spans_ = least_squares_.spans();
+        std::vector<double> x(points_.size()), y(points_.size());
+        for (std::size_t i = 0; i < points_.size(); ++i) {
+            x[i] = points_[i].x();
+            y[i] = points_[i].y();
+        }
+        if (auto status = least_squares_.add({t_, x, y}); !status) return status;
+        for (std::size_t k = 0; k < spans_; ++k) {
+            const auto& third = least_squares_.basis(k).power[3];
+            BandSolver<3>::Block block{};
+            for (std::size_t a = 0; a < 4; ++a)
                 for (std::size_t c = 0; c <= a; ++c)
-                    normal.add((k + a) % spans, (k + c) % spans, gram[a][c]);
+                    block[a][c] = start_ridge * 36.0 * third[a] * third[c];
+            least_squares_.normal().add_block(k, block);
+        }
+        if (auto status = least_squares_.solve(); !status) return status;
+        controls_ = least_squares_.controls();
+        curve_ = least_squares_.curve();
+        measure();
+        double squares = 0.0;
+        for (const double r : residual_)
+            squares += r * r;
+        const double n = static_cast<double>(points_.size());
+        sigma_ =
+            std::max(std::sqrt(squares / std::max(n - 0.5 * static_cast<double>(spans_), 0.25 * n)), least_sigma_mm);
+        std::vector<double> variance(spans_);
+        for (std::size_t k = 0; k < spans_; ++k)
+            variance[k] = start_roughness / std::pow(width(k), 5);
+        const bool stiff = stiffness_ == Stiffness::stiff;
+        roughness_.reset(variance, stiff ? 8 : 2, stiff ? 30.0 : 0.3);
+        return {};
+    }
+
+    /// Feet and residuals of the points, jumps of the curvature's slope at the knots, and how both answer to a normal
+    /// displacement of the controls.
+    void measure() {
+        const auto& pieces = curve_.pieces();
+        const double first = breaks_.front(), last = breaks_.back();
+        std::size_t k = 0;
+        const auto span_of = [&](double t) {
+            while (k + 1 < spans_ && t >= breaks_[k + 1])
+                ++k;
+            while (k > 0 && t < breaks_[k])
+                --k;
+            return k;
+        };
+        const auto at = [&](std::size_t span, double u, Vec2& d1) -> Vec2 {
+            const PiecewiseCubic::Piece& c = pieces[span];
+            d1 = c[1] + u * (2.0 * c[2] + 3.0 * u * c[3]);
+            return c[0] + u * (c[1] + u * (c[2] + u * c[3]));
+        };
+        for (std::size_t i = 0; i < t_.size(); ++i) {
+            Vec2 d1;
+            std::size_t span = span_of(t_[i]);
+            const Vec2 off = points_[i] - at(span, t_[i] - breaks_[span], d1);
+            double t = t_[i] + std::clamp(off.dot(d1) / d1.squaredNorm(), -0.01 * period_, 0.01 * period_);
+            if (t < first) t += period_;
+            if (t >= last) t -= period_;
+            t_[i] = t;
+            span = span_of(t);
+            span_[i] = static_cast<std::uint32_t>(span);
+            const double u = t - breaks_[span];
+            residual_[i] = cross(points_[i] - at(span, u, d1), d1) / d1.norm();
+            basis_[i] = least_squares_.basis(span).at(u / width(span));
+        }
+        measure_jumps();
+    }
+
+    void measure_jumps() {
+        slope_.resize(spans_);
+        slope_row_.resize(spans_);
+        jump_.resize(spans_);
+        jump_row_.resize(spans_);
+        std::vector<double> length(spans_);
+        for (std::size_t k = 0; k < spans_; ++k) {
+            const double h = width(k), u = 0.5 * h;
+            const PiecewiseCubic::Piece& c = curve_.pieces()[k];
+            const Vec2 d1 = c[1] + u * (2.0 * c[2] + 3.0 * u * c[3]), d2 = 2.0 * c[2] + 6.0 * u * c[3], d3 = 6.0 * c[3];
+            const double speed = d1.norm(), cube = speed * speed * speed;
+            const double curvature = cross(d1, d2) / cube;
+            slope_[k] = (cross(d1, d3) / cube - 3.0 * cross(d1, d2) * d1.dot(d2) / (cube * speed * speed)) / speed;
+            length[k] = h * speed;
+            // A displacement d to the right changes the curvature by -(d'' + curvature^2 d).
+            const auto& p = least_squares_.basis(k).power;
+            for (std::size_t a = 0; a < 4; ++a) {
+                const double first = (p[1][a] + p[2][a] + 0.75 * p[3][a]) / h, third = 6.0 * p[3][a] / (h * h * h);
+                slope_row_[k][a] = -(third / cube + curvature * curvature * first / speed);
             }
         }
-        if (!normal.factor()) return false;
-        normal.solve(std::span(control));
-        build_curve(bases, control);
+        for (std::size_t k = 0; k < spans_; ++k) {
+            const std::size_t next = wrapped(k + 1);
+            const double scale = 1.0 / std::sqrt(0.5 * (length[k] + length[next]));
+            jump_[k] = scale * (slope_[next] - slope_[k]);
+            for (std::size_t a = 0; a < 5; ++a)
+                jump_row_[k][a] = scale * ((a > 0 ? slope_row_[next][a - 1] : 0.0) - (a < 4 ? slope_row_[k][a] : 0.0));
+        }
+        sum_points();
+    }
+
+    /// Gram matrix and moments of the points, span by span.
+    void sum_points() {
+        gram_.assign(spans_, {});
+        moment_.assign(spans_, Four{});
+        residual_squares_ = 0.0;
+        for (std::size_t i = 0; i < basis_.size(); ++i) {
+            const Four& b = basis_[i];
+            auto& gram = gram_[span_[i]];
+            auto& moment = moment_[span_[i]];
+            residual_squares_ += residual_[i] * residual_[i];
+            for (std::size_t a = 0; a < 4; ++a) {
+                moment[a] += b[a] * residual_[i];
+                for (std::size_t c = 0; c < 4; ++c)
+                    gram[a][c] += b[a] * b[c];
+            }
+        }
+    }
+
+    /// The normal displacements of the controls that fit the residuals with the present roughness.
+    bool solve() {
+        normal_.reset(spans_, true);
+        displacement_.assign(spans_, 0.0);
+        const auto& variance = roughness_.variance();
+        for (std::size_t k = 0; k < spans_; ++k) {
+            const double weight = sigma_ * sigma_ / variance[k];
+            const Five& row = jump_row_[k];
+            BandSolver<4>::Block block;
+            for (std::size_t a = 0; a < 5; ++a)
+                for (std::size_t c = 0; c <= a; ++c)
+                    block[a][c] = weight * row[a] * row[c] + (a < 4 ? gram_[k][a][c] : 0.0);
+            normal_.add_block(k, block);
+            for (std::size_t a = 0; a < 5; ++a)
+                displacement_[wrapped(k + a)] += (a < 4 ? moment_[k][a] : 0.0) - weight * row[a] * jump_[k];
+        }
+        if (!normal_.factor()) return false;
+        normal_.solve(std::span(displacement_));
         return true;
     }
 
-    void build_curve(const std::vector<SpanBasis>& bases, const std::vector<Vec2>& control) {
-        const std::size_t spans = bases.size();
-        std::vector<double> breaks(spans + 1);
-        std::vector<PiecewiseCubic::Piece> pieces(spans);
-        for (std::size_t k = 0; k < spans; ++k) {
-            breaks[k] = t_[first_[k]];
-            for (std::size_t power = 0; power < 4; ++power) {
-                pieces[k][power] = Vec2::Zero();
+    /// Noise and roughness from the latest solution.
+    void tune() {
+        normal_.invert(inverse_);
+        moved_.resize(spans_);
+        uncertain_.resize(spans_);
+        freedom_ = 3.0;
+        const auto& variance = roughness_.variance();
+        for (std::size_t k = 0; k < spans_; ++k) {
+            const Five& row = jump_row_[k];
+            double jump = jump_[k], spread = 0.0;
+            for (std::size_t a = 0; a < 5; ++a) {
+                const std::size_t control = wrapped(k + a);
+                const auto& inverse = inverse_[control];
+                jump += row[a] * displacement_[control];
+                double sum = 0.5 * row[a] * inverse[0];
+                for (std::size_t c = a + 1; c < 5; ++c)
+                    sum += row[c] * inverse[c - a];
+                spread += 2.0 * row[a] * sum;
+            }
+            moved_[k] = jump;
+            uncertain_[k] = std::max(spread, 0.0) * sigma_ * sigma_;
+            freedom_ += 1.0 - std::min(1.0, uncertain_[k] / variance[k]);
+        }
+        double squares = residual_squares_;  // |r - B d|^2 from the sums over the spans
+        for (std::size_t k = 0; k < spans_; ++k)
+            for (std::size_t a = 0; a < 4; ++a) {
+                const double d = displacement_[wrapped(k + a)];
+                double sum = -2.0 * moment_[k][a];
+                for (std::size_t c = 0; c < 4; ++c)
+                    sum += gram_[k][a][c] * displacement_[wrapped(k + c)];
+                squares += d * sum;
+            }
+        const double n = static_cast<double>(basis_.size());
+        sigma_ = std::max(std::sqrt(std::max(squares, 0.0) / std::max(n - freedom_, 1.0)), least_sigma_mm);
+        roughness_.update(moved_, uncertain_);
+    }
+
+    /// Moves each control along the normal at its Greville abscissa.
+    void move() {
+        const auto knots = least_squares_.knots();  // knot -3 first
+        std::vector<Vec2> normals(spans_);
+        for (std::size_t k = 0; k < spans_; ++k) {
+            // Control k weighs the first function of span k: knots k - 2, k - 1, k lie under it.
+            const double t = (knots[k + 1] + knots[k + 2] + knots[k + 3]) / 3.0;
+            const Jet jet = curve_.jet(t);
+            normals[k] = jet.right_normal();
+        }
+        for (std::size_t k = 0; k < spans_; ++k)
+            controls_[k] += displacement_[k] * normals[k];
+        std::vector<PiecewiseCubic::Piece> pieces(spans_);
+        for (std::size_t k = 0; k < spans_; ++k) {
+            double scale = 1.0;
+            for (std::size_t power = 0; power < 4; ++power, scale /= width(k)) {
+                Vec2 sum = Vec2::Zero();
                 for (std::size_t a = 0; a < 4; ++a)
-                    pieces[k][power] += bases[k][a][power] * control[(k + a) % spans];
+                    sum += least_squares_.basis(k).power[power][a] * controls_[wrapped(k + a)];
+                pieces[k][power] = scale * sum;
             }
         }
-        breaks[spans] = breaks[0] + period_;
-        curve_ = PiecewiseCubic(std::move(breaks), std::move(pieces), true);
-        for (std::size_t k = 0; k < spans; ++k) {
-            for (std::size_t i = first_[k]; i < first_[k + 1]; ++i) {
-                const Jet jet = curve_.jet_in(k, t_[i]);
-                residual_[i] = (points_[i] - jet.position).dot(jet.right_normal());
-            }
-        }
-    }
-
-    /// Fewer points than usual only against a gross misfit, and a knot on every point (interpolation, which would
-    /// follow bad points) only where the points are so sparse that the curve turns by a quarter of a radian from one to
-    /// the next.
-    std::size_t least_in(std::size_t span, bool gross) const {
-        if (!gross || least_per_span_ > 3) return least_per_span_;
-        const auto& pieces = curve_.pieces();
-        const double turn = std::abs(turn_angle(pieces[span][1], pieces[(span + 1) % pieces.size()][1]));
-        return turn > 0.12 * static_cast<double>(count(span)) ? 1 : 2;
-    }
-
-    /// Halves every span whose residuals are too large or follow each other; false when none is.
-    bool split_spans() {
-        const std::size_t n = points_.size(), spans = first_.size() - 1;
-        const std::vector<std::size_t> knots = first_;
-        std::vector<std::size_t> finer;
-        bool any = false;
-        for (std::size_t k = 0; k < spans; ++k) {
-            push_knot(finer, knots[k]);
-            const std::size_t held = knots[k + 1] - knots[k];
-            if (held < 2) continue;
-            double squares = 0.0, products = 0.0;
-            for (std::size_t i = knots[k]; i < knots[k + 1]; ++i) {
-                squares += residual_[i] * residual_[i];
-                products += residual_[i] * residual_[(i + 1) % n];
-            }
-            const double variance = sigma_ * sigma_, amount = static_cast<double>(held);
-            const bool misfit =
-                squares > variance * chi_square_limit(amount) || products > variance * 3.0 * std::sqrt(amount);
-            const bool gross = squares > amount * std::pow(std::max(3.0 * sigma_, gross_misfit_mm), 2);
-            if (!misfit || held < 2 * least_in(k, gross)) continue;
-            const std::size_t before = finer.size();
-            push_knot(finer, knots[k] + held / 2);
-            any = any || finer.size() > before;
-        }
-        finer.push_back(n);
-        first_ = std::move(finer);
-        return any;
-    }
-
-    /// The points' feet on the curve replace the chord lengths, so that noise and gaps leave the parameter alone.
-    void parametrise_by_curve() {
-        const double start = t_[first_[0]];
-        for (std::size_t k = 0; k + 1 < first_.size(); ++k) {
-            for (std::size_t i = first_[k]; i < first_[k + 1]; ++i) {
-                const Jet jet = curve_.jet_in(k, t_[i]);
-                const double move = (points_[i] - jet.position).dot(jet.d1) / std::max(jet.d1.squaredNorm(), 1e-12);
-                // A knot stays inside the period; others may pass each other and are sorted again.
-                t_[i] = std::clamp(t_[i] + move, start, start + period_ * (1.0 - 1e-12));
-            }
-        }
-        std::vector<double> at;
-        for (std::size_t k = 0; k + 1 < first_.size(); ++k)
-            at.push_back(t_[first_[k]]);
-        std::sort(at.begin(), at.end());
-        sort_points();
-        first_.clear();
-        push_knot(first_, 0);
-        for (std::size_t k = 1; k < at.size(); ++k) {
-            const auto found = std::lower_bound(t_.begin(), t_.end(), at[k]);
-            const auto index = static_cast<std::size_t>(found - t_.begin());
-            if (index < points_.size()) push_knot(first_, index);
-        }
-        first_.push_back(points_.size());
+        curve_ = PiecewiseCubic(breaks_, std::move(pieces), true);
     }
 
     std::span<const Vec2> input_;
-    double sigma_;
-    std::size_t least_per_span_;
+    Stiffness stiffness_;
     std::vector<std::size_t> order_;  // sorted position -> input index
-    std::vector<Vec2> points_;        // sorted by parameter
-    std::vector<double> t_, residual_;
-    std::vector<std::size_t> first_;  // first point of each span; the last entry is the number of points
+    std::vector<Vec2> points_;        // in the order of their first parameters, like the next four
+    std::vector<double> chord_t_, t_, residual_;
+    std::vector<std::uint32_t> span_;
+    std::vector<Four> basis_;
+    std::vector<std::size_t> anchors_;
+    std::vector<Vec2> anchor_points_;
+    std::vector<double> anchor_t_;
     double period_ = 0.0;
+    double sigma_ = common_sigma_mm;
+    double freedom_ = 0.0;
+
+    std::size_t spans_ = 0;
+    std::vector<double> breaks_;
+    LeastSquaresSpline least_squares_;
+    std::vector<Vec2> controls_;
     PiecewiseCubic curve_;
+    std::vector<double> slope_, jump_;  // of the curvature by length: per span, and scaled jump per knot
+    std::vector<Four> slope_row_;
+    std::vector<Five> jump_row_;
+    std::vector<std::array<Four, 4>> gram_;
+    std::vector<Four> moment_;
+    double residual_squares_ = 0.0;
+    BandSolver<4> normal_;
+    std::vector<BandSolver<4>::Row> inverse_;
+    std::vector<double> displacement_, moved_, uncertain_;
+    Roughness roughness_;
 };
 
 }  // namespace
 
-core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points, double sigma_mm, std::size_t least_per_span) {
+CurveNoise::CurveNoise(std::vector<double> breaks, std::vector<CubicBasis> bases,
+                       std::vector<std::array<double, 4>> covariance)
+    : breaks_(std::move(breaks)), bases_(std::move(bases)), covariance_(std::move(covariance)) {}
+
+double CurveNoise::sigma_mm(double t) const {
+    const auto above = std::upper_bound(breaks_.begin() + 1, breaks_.end() - 1, t);
+    const auto span = static_cast<std::size_t>(above - breaks_.begin()) - 1;
+    const double w = std::clamp((t - breaks_[span]) / (breaks_[span + 1] - breaks_[span]), 0.0, 1.0);
+    const auto b = bases_[span].at(w);
+    double variance = 0.0;
+    for (std::size_t a = 0; a < 4; ++a) {
+        const auto& row = covariance_[(span + a) % covariance_.size()];
+        variance += b[a] * b[a] * row[0];
+        for (std::size_t c = a + 1; c < 4; ++c)
+            variance += 2.0 * b[a] * b[c] * row[c - a];
+    }
+    return std::sqrt(std::max(variance, 0.0));
+}
+
+core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points, Stiffness stiffness) {
     if (points.size() < least_points)
         return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: needs " + std::to_string(least_points) +
                                                             " points, got " + std::to_string(points.size()));
-    Smoother smoother(points, sigma_mm, least_per_span);
+    Smoother smoother(points, stiffness);
     if (const auto status = smoother.run(); !status) return tl::unexpected(status.error());
     return std::move(smoother).result();
 }

@@ -4,12 +4,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <iostream>
 #include <numbers>
+#include <numeric>
 
 #include "core/rng.hpp"
+#include "support/airfoil.hpp"
 
 namespace cmm::fitting {
 namespace {
+
+using airfoil::Airfoil;
+using Spacing = Airfoil::Spacing;
 
 std::vector<Vec2> ellipse(std::size_t n, double sigma, std::uint64_t seed) {
     core::Rng rng(seed);
@@ -31,42 +37,101 @@ double worst_error(const SmoothCurve& smooth) {
     return worst;
 }
 
-TEST(Smoothing, FollowsExactPoints) {
-    const auto smooth = smooth_closed(ellipse(400, 0.0, 1), 0.0);
-    ASSERT_TRUE(smooth);
-    EXPECT_LT(worst_error(*smooth), 5e-4);
-}
+/// Deviation of the fitted curve from the truth, um: root of the mean square and the mean of the largest, over scans.
+struct Deviation {
+    double rms = 0.0, max = 0.0, sigma = 0.0;
+};
 
-TEST(Smoothing, AveragesNoiseByFewKnots) {
-    const auto smooth = smooth_closed(ellipse(4000, 0.001, 2), 0.001);
-    ASSERT_TRUE(smooth);
-    EXPECT_LT(smooth->curve.spans(), 600U);
-    EXPECT_LT(worst_error(*smooth), 0.0016) << "the noise itself reaches 0.0035";
-    double squares = 0.0;
-    for (const double r : smooth->residual)
-        squares += r * r;
-    EXPECT_NEAR(std::sqrt(squares / 4000.0), 0.001, 1e-4);
-}
-
-/// The leverage is the variance of the curve over that of a point: compare with the scatter over many runs.
-TEST(Smoothing, LeverageIsTheVarianceThatRemains) {
-    double squares = 0.0, stated = 0.0;
-    const int runs = 200;
-    for (int k = 0; k < runs; ++k) {
-        const auto smooth = smooth_closed(ellipse(2000, 0.001, 100 + k), 0.001);
-        ASSERT_TRUE(smooth);
-        const Vec2 p = smooth->curve.jet(smooth->curve.period() * 0.25).position;  // top: error is y - 4 in first order
-        const double error = 4.0 * std::sqrt(1.0 - p.x() * p.x() / 400.0) - p.y();
-        double t = smooth->curve.period() * 0.25;
-        squares += error * error / runs;
-        stated += 1e-6 * smooth->leverage[smooth->curve.span_of(t)] / runs;
+Deviation deviation(const Airfoil& truth, std::size_t count, Spacing spacing, double sigma_mm, int scans) {
+    Deviation all;
+    constexpr int places = 8000;
+    for (int k = 0; k < scans; ++k) {
+        const auto smooth = smooth_closed(truth.scan(count, spacing, sigma_mm, 40 + k));
+        EXPECT_TRUE(smooth);
+        if (!smooth) return all;
+        double squares = 0.0, worst = 0.0;
+        std::size_t near = 0;
+        for (int i = 0; i < places; ++i) {
+            const double t = smooth->curve.front() + smooth->curve.period() * i / places;
+            const double off = 1e3 * truth.distance(smooth->curve.jet(t).position, near);
+            squares += off * off / places;
+            worst = std::max(worst, std::abs(off));
+        }
+        all.rms += squares / scans;
+        all.max += worst / scans;
+        all.sigma += 1e3 * smooth->sigma_mm / scans;
     }
-    EXPECT_GT(squares, 0.3 * stated);
-    EXPECT_LT(squares, 3.0 * stated);
+    all.rms = std::sqrt(all.rms);
+    std::cout << count << " points, " << 1e3 * sigma_mm << " um: rms " << all.rms << " max " << all.max << " um\n";
+    return all;
+}
+
+TEST(Smoothing, FollowsExactPoints) {
+    const auto smooth = smooth_closed(ellipse(400, 0.0, 1));
+    ASSERT_TRUE(smooth);
+    EXPECT_LT(worst_error(*smooth), 1e-4);
+}
+
+TEST(Smoothing, AveragesNoise) {
+    const auto smooth = smooth_closed(ellipse(4000, 0.001, 2));
+    ASSERT_TRUE(smooth);
+    EXPECT_LT(worst_error(*smooth), 0.0006) << "the noise itself reaches 0.0035";
+    EXPECT_NEAR(smooth->sigma_mm, 0.001, 5e-5);
+    EXPECT_NEAR(smooth->freedom, std::accumulate(smooth->leverage.begin(), smooth->leverage.end(), 0.0), 4.0);
+}
+
+/// Half of what FITPACK's periodic smoothing spline leaves on these very scans when it is told the noise (rms 0.317,
+/// 0.848, 0.467, 0.256 and 0.320, 0.945, 0.447, 0.281 um) would be too much to ask; 0.8 of it is promised.
+TEST(Smoothing, IsNearerToTheAirfoilThanFitpack) {
+    const Airfoil part, centres(1.0);
+    const auto edges = Spacing::edges;
+    EXPECT_LT(deviation(part, 1000, edges, 1e-3, 8).rms, 0.8 * 0.317);
+    EXPECT_LT(deviation(part, 1000, edges, 3e-3, 8).rms, 0.8 * 0.848);
+    EXPECT_LT(deviation(part, 400, edges, 1e-3, 8).rms, 0.85 * 0.467);
+    EXPECT_LT(deviation(part, 2000, edges, 1e-3, 8).rms, 0.8 * 0.256);
+    EXPECT_LT(deviation(centres, 1000, edges, 1e-3, 8).rms, 0.8 * 0.320);
+    EXPECT_LT(deviation(centres, 1000, edges, 3e-3, 8).rms, 0.8 * 0.945);
+    EXPECT_LT(deviation(centres, 400, edges, 1e-3, 8).rms, 0.85 * 0.447);
+    EXPECT_LT(deviation(centres, 2000, edges, 1e-3, 8).rms, 0.8 * 0.281);
+}
+
+TEST(Smoothing, ExactPointsOfAnAirfoil) {
+    for (const double offset : {0.0, 1.0}) {
+        const auto off = deviation(Airfoil(offset), 1000, Spacing::edges, 0.0, 6);
+        EXPECT_LT(off.rms, 0.02);
+        EXPECT_LT(off.max, 0.5);
+    }
+}
+
+TEST(Smoothing, NoiseIsEstimatedOverADecade) {
+    const Airfoil centres(1.0);
+    for (const double sigma : {0.3e-3, 1e-3, 3e-3})
+        EXPECT_NEAR(deviation(centres, 1000, Spacing::edges, sigma, 6).sigma, 1e3 * sigma, 40.0 * sigma);
+}
+
+/// The interval curve +- 2 sigma holds the truth at 95 % of all places, averaged over the curve (Wahba 1983).
+TEST(Smoothing, IntervalsHoldTheTruth) {
+    const Airfoil truth(1.0);
+    std::size_t held = 0, all = 0;
+    for (int k = 0; k < 120; ++k) {
+        const auto smooth = smooth_closed(truth.scan(600, Spacing::edges, 1e-3, 900 + k));
+        ASSERT_TRUE(smooth);
+        std::size_t near = 0;
+        for (int i = 0; i < 300; ++i) {
+            const double t = smooth->curve.front() + smooth->curve.period() * i / 300.0;
+            const double off = truth.distance(smooth->curve.jet(t).position, near);
+            held += std::abs(off) <= 1.96 * smooth->noise.sigma_mm(t);
+            ++all;
+        }
+    }
+    const double share = static_cast<double>(held) / static_cast<double>(all);
+    std::cout << "coverage of 95 % intervals: " << share << "\n";
+    EXPECT_GT(share, 0.93);
+    EXPECT_LT(share, 0.97);
 }
 
 TEST(Smoothing, KnotsGatherWhereItCurves) {
-    const auto smooth = smooth_closed(ellipse(2000, 0.001, 3), 0.001);
+    const auto smooth = smooth_closed(ellipse(2000, 0.001, 3));
     ASSERT_TRUE(smooth);
     std::size_t tips = 0, sides = 0;
     const auto& curve = smooth->curve;
@@ -76,7 +141,7 @@ TEST(Smoothing, KnotsGatherWhereItCurves) {
 }
 
 TEST(Smoothing, RefusesTooFewPoints) {
-    EXPECT_FALSE(smooth_closed(ellipse(11, 0.0, 1), 0.0));
+    EXPECT_FALSE(smooth_closed(ellipse(11, 0.0, 1)));
 }
 
 }  // namespace

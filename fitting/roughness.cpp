@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/roughness.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cmm::fitting {
+namespace {
+
+constexpr double damping = 0.1;       // degrees of freedom below which a window says nothing
+constexpr double longest_step = 4.0;  // of the logarithm of the scale
+constexpr double least_log = -36.0;
+constexpr double least_variance = 1e-16;
+
+}  // namespace
+
+void Roughness::reset(const std::vector<double>& variance, std::size_t window, double few) {
+    variance_ = variance;
+    log_scale_.resize(variance.size());
+    std::transform(variance.begin(), variance.end(), log_scale_.begin(), [](double v) { return std::log(v); });
+    window_ = window;
+    few_ = few;
+}
+
+void Roughness::sum_window(std::vector<double>& values, std::size_t w) {
+    const std::size_t n = values.size();
+    sums_.resize(n);
+    double sum = 0.0;
+    for (std::size_t j = 0; j < 2 * w + 1; ++j)
+        sum += values[(j + n - w) % n];
+    for (std::size_t k = 0; k < n; ++k) {
+        sums_[k] = sum;
+        sum += values[k + w + 1 < n ? k + w + 1 : k + w + 1 - n] - values[k >= w ? k - w : k + n - w];
+    }
+    values.swap(sums_);
+}
+
+void Roughness::update(const std::vector<double>& jump, const std::vector<double>& uncertain) {
+    const std::size_t n = variance_.size();
+    pull_.resize(n);
+    known_.resize(n);
+    const auto determined = [&](std::size_t k) { return std::clamp(1.0 - uncertain[k] / variance_[k], 0.0, 1.0); };
+    for (std::size_t k = 0; k < n; ++k) {
+        known_[k] = determined(k);
+        const double square = jump[k] * jump[k] * std::exp(-log_scale_[k]);
+        pull_[k] = (known_[k] + few_) * std::log((square + few_) / (known_[k] + few_));
+    }
+    sum_window(pull_, window_);
+    std::vector<double>& all_known = known_;
+    sum_window(all_known, window_);
+    for (std::size_t k = 0; k < n; ++k)
+        pull_[k] = std::clamp(pull_[k] / (all_known[k] + damping), -longest_step, longest_step);
+    const std::size_t half = window_ / 2;
+    sum_window(pull_, half);
+    for (std::size_t k = 0; k < n; ++k) {
+        const double part = determined(k);
+        log_scale_[k] = std::max(log_scale_[k] + pull_[k] / static_cast<double>(2 * half + 1), least_log);
+        const double updated = (jump[k] * jump[k] + few_ * std::exp(log_scale_[k])) / (part + few_);
+        variance_[k] = std::max(updated, least_variance);
+    }
+}
+
+}  // namespace cmm::fitting

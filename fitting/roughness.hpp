@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace cmm::fitting {
+
+/// How rough a curve may be, knot by knot: the variance of a scaled jump x_k of the curvature's slope there. A jump is
+/// taken from Student's distribution with a scale that varies slowly along the curve, so that flat sides become stiff
+/// and single ends of arcs stay free. Estimated by maximum evidence: fixed-point updates of MacKay 1992 (Bayesian
+/// interpolation, eq 4.8) with the scale mixture of West 1984. The memory is kept between uses.
+class Roughness {
+  public:
+    /// Starts with `variance` for each knot. `window`: knots to either side that share a scale; `few` is the number of
+    /// degrees of freedom of Student's distribution.
+    void reset(const std::vector<double>& variance, std::size_t window, double few);
+
+    const std::vector<double>& variance() const { return variance_; }
+
+    /// One update. `jump` is the posterior mean of x_k, `uncertain` its posterior variance.
+    void update(const std::vector<double>& jump, const std::vector<double>& uncertain);
+
+  private:
+    /// Sums over 2 w + 1 knots, cyclic, in place.
+    void sum_window(std::vector<double>& values, std::size_t w);
+
+    std::vector<double> variance_, log_scale_;
+    std::vector<double> pull_, known_, sums_;
+    std::size_t window_ = 2;
+    double few_ = 0.3;
+};
+
+}  // namespace cmm::fitting
