@@ -114,7 +114,7 @@ CurvePlace ArcLength::place(const PiecewiseCubic& curve, double s_mm) const {
         if (!(speed > 0.0)) break;
         const double correction = (wanted - gauss(curve.pieces()[here.span], from - origin, t - from)) / speed;
         t = std::clamp(t + correction, from, to);
-        if (std::abs(correction) < 1e-8 * rise) break;  // the step just made squared this
+        if (std::abs(correction) < 3e-7 * rise) break;  // the step just made squared this
     }
     return {here.span, t};
 }
