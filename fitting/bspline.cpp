@@ -46,6 +46,10 @@ template <int Dim>
 core::Result<BSpline<Dim>> BSpline<Dim>::make(int degree, std::vector<double> knots, std::vector<Point> controls,
                                               bool closed) {
     if (auto status = check(degree, knots, controls.size(), closed); !status) return tl::unexpected(status.error());
+    for (std::size_t i = 0; i < controls.size(); ++i)
+        if (!controls[i].allFinite())
+            return core::fail(ErrorCode::fit_not_evaluable,
+                              "B-spline: control " + std::to_string(i) + " is not finite");
     return BSpline(degree, std::move(knots), std::move(controls), closed);
 }
 

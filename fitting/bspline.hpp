@@ -23,7 +23,7 @@ class BSpline {
 
     /// Errors: fit_not_evaluable (degree outside 1 ... max_degree, knots that descend or are not finite, number of
     /// knots and controls that do not belong together, an empty domain, a closed curve with fewer than p + 1 controls
-    /// or knots that are not periodic).
+    /// or knots that are not periodic; controls that are not finite).
     static core::Result<BSpline> make(int degree, std::vector<double> knots, std::vector<Point> controls, bool closed);
 
     /// De Boor's algorithm; t is brought into the period, or clamped to the domain.

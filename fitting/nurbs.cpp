@@ -115,8 +115,9 @@ NurbsCurve::Reduced NurbsCurve::reduced(double tolerance_mm) const {
         least = std::min(least, control.z());
         farthest = std::max(farthest, control.hnormalized().norm());
     }
+    // New weights may come out negative, new controls farther away: then less is allowed.
     double allowed = tolerance_mm * least / (1.0 + farthest);
-    for (;; allowed *= 0.5) {
+    for (int attempt = 0; attempt < 20; ++attempt) {
         auto coarser = homogeneous_.reduced(allowed);
         bool positive = true;
         double reach = farthest;
@@ -126,7 +127,9 @@ NurbsCurve::Reduced NurbsCurve::reduced(double tolerance_mm) const {
         }
         const double error = coarser.error * (1.0 + reach) / least;
         if (positive && error <= tolerance_mm) return {NurbsCurve(std::move(coarser.curve)), error};
+        allowed = 0.5 * std::min(allowed, coarser.error);
     }
+    return {*this, 0.0};
 }
 
 std::vector<Vec2> NurbsCurve::controls() const {

@@ -240,6 +240,7 @@ TEST(BSpline, RefusesWhatIsNone) {
     EXPECT_FALSE(BSpline<2>::make(3, {0, 0, 0, 1, 0, 1, 1, 1}, four, false));
     EXPECT_FALSE(BSpline<2>::make(3, {0, 0, 0, 0, std::nan(""), 1, 1, 1}, four, false));
     EXPECT_FALSE(BSpline<2>::make(3, std::vector<double>(8, 1.0), four, false));
+    EXPECT_FALSE(BSpline<2>::make(3, clamped, {{0, 0}, {1, 1}, {std::nan(""), 0}, {2, 2}}, false));
     std::vector<double> uniform(11);
     std::iota(uniform.begin(), uniform.end(), 0.0);
     EXPECT_TRUE(BSpline<2>::make(3, uniform, four, true));
