@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <limits>
 #include <numbers>
 
 #include "fitting/bspline_pieces.hpp"
@@ -13,28 +11,12 @@
 #include "fitting/curve_samples.hpp"
 #include "fitting/least_squares.hpp"
 #include "fitting/nurbs.hpp"
+#include "support/random_values.hpp"
 
 namespace cmm::fitting {
 namespace {
 
-// The same cases in every run; RC_PARAMS from outside asks for others.
-const int seeded = setenv("RC_PARAMS", "seed=3 max_success=1000", 0);
-
-/// Of the full range from the first case on.
-template <class T>
-rc::Gen<T> whole(T low, T end) {
-    return rc::gen::resize(rc::kNominalSize, rc::gen::inRange<T>(low, end));
-}
-
-rc::Gen<double> real(double low, double high) {
-    return rc::gen::map(whole<std::int64_t>(0, 1'000'000'001),
-                        [=](std::int64_t k) { return low + (high - low) * static_cast<double>(k) / 1e9; });
-}
-
-rc::Gen<Vec2> point(double reach) {
-    return rc::gen::map(rc::gen::pair(real(-reach, reach), real(-reach, reach)),
-                        [](const std::pair<double, double>& p) { return Vec2(p.first, p.second); });
-}
+const int seeded = same_cases(1000);
 
 /// Degree, knots with repetitions, controls: clamped or closed.
 BSpline<2> any_bspline() {
@@ -168,34 +150,6 @@ RC_GTEST_PROP(Properties, ClosedCurvesForgetDirectionAndStart, ()) {
     same_curve(a, b, -start, 1.0, [](const Vec2& p) { return p; });
 }
 
-/// Numbers that no instrument delivers.
-rc::Gen<double> garbage() {
-    constexpr double inf = std::numeric_limits<double>::infinity(), huge = std::numeric_limits<double>::max();
-    return rc::gen::oneOf(
-        real(-50.0, 50.0), real(-50.0, 50.0), real(-50.0, 50.0),
-        rc::gen::element(0.0, -0.0, 1.0, 1e-300, 1e-16, 1e16, 1e155, -1e155, huge, -huge, inf, -inf,
-                         std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::denorm_min()));
-}
-
-/// Sometimes all different, sometimes on a line, on one spot, or with repetitions.
-std::vector<Vec2> garbage_points() {
-    const auto n = static_cast<std::size_t>(*whole(0, 60));
-    const int kind = *whole(0, 6);
-    std::vector<Vec2> points;
-    for (std::size_t i = 0; i < n; ++i) {
-        const double x = kind < 3 ? *real(-50.0, 50.0) : *garbage();
-        if (kind == 0 && !points.empty())
-            points.push_back(points.back());
-        else if (kind == 1)
-            points.emplace_back(x, 2.0 * x);
-        else if (kind == 2 && i % 3 == 2)
-            points.push_back(points[i / 2]);
-        else
-            points.emplace_back(x, kind < 3 ? *real(-50.0, 50.0) : *garbage());
-    }
-    return points;
-}
-
 void use(const ClosedCurve& curve) {
     const std::vector<Vec2> asked{{0, 0}, {*garbage(), *garbage()}, {*garbage(), *garbage()}};
     std::vector<ClosestPoint> feet(asked.size());
@@ -208,12 +162,12 @@ void use(const ClosedCurve& curve) {
 }
 
 RC_GTEST_PROP(Garbage, ClosedCurves, ()) {
-    const auto curve = ClosedCurve::through(garbage_points());
+    const auto curve = ClosedCurve::through(garbage_points(60));
     if (curve) use(*curve);
 }
 
 RC_GTEST_PROP(Garbage, LeastSquares, ()) {
-    const auto points = garbage_points();
+    const auto points = garbage_points(60);
     std::vector<double> t, x, y;
     for (const Vec2& p : points) {
         t.push_back(*garbage());
@@ -232,7 +186,7 @@ RC_GTEST_PROP(Garbage, LeastSquares, ()) {
 }
 
 RC_GTEST_PROP(Garbage, RationalCurves, ()) {
-    const auto points = garbage_points();
+    const auto points = garbage_points(60);
     std::vector<double> weights;
     if (*rc::gen::arbitrary<bool>())
         for (std::size_t i = 0; i < points.size(); ++i)
@@ -250,7 +204,7 @@ RC_GTEST_PROP(Garbage, RationalCurves, ()) {
 
 RC_GTEST_PROP(Garbage, BSplines, ()) {
     const auto knots = *rc::gen::container<std::vector<double>>(garbage());
-    const auto curve = BSpline<2>::make(*whole(-1, 12), knots, garbage_points(), *rc::gen::arbitrary<bool>());
+    const auto curve = BSpline<2>::make(*whole(-1, 12), knots, garbage_points(60), *rc::gen::arbitrary<bool>());
     if (!curve) return;
     (void)curve->position(*garbage());
     (void)curve->with_knot(*garbage());
