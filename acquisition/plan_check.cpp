@@ -14,7 +14,7 @@ namespace {
 using Eigen::Vector3d;
 
 std::string at_section(const PlannedPath& path) {
-    return "section " + std::to_string(path.section + 1) + " (z " + core::fixed(path.z_mm, 3) + " mm): ";
+    return "section " + std::to_string(path.section) + " (z " + core::fixed(path.z_mm, 3) + " mm): ";
 }
 
 std::string point_text(const Eigen::Vector2d& p) {
@@ -60,13 +60,7 @@ class PlanCheck {
             for (const auto& obstacle : plan_.clearance.obstacles) {
                 const double rise = obstacle.z_mm - path.z_mm;
                 if (rise <= stylus.radius_mm || rise > stylus.length_mm) continue;
-                for (const auto& point : path.points) {
-                    const double depth =
-                        stylus.shank_radius_mm - distance_to_outline(point.centre_mm.head<2>(), obstacle.outline);
-                    if (depth <= worst) continue;
-                    worst = depth;
-                    height = obstacle.z_mm;
-                }
+                if (deepen(worst, path, obstacle, stylus.shank_radius_mm)) height = obstacle.z_mm;
             }
             if (worst <= 0.0) continue;
             const double angle = std::atan2(worst, height - path.z_mm) * 180.0 / std::acos(-1.0);
@@ -116,6 +110,23 @@ class PlanCheck {
 
   private:
     void add(Severity severity, std::string text) { findings.push_back({severity, std::move(text)}); }
+
+    /// Raises `depth` to the deepest that a shank on this path enters the outline. Depth changes by no more than the
+    /// shank moves, so that points which cannot be the deepest need no look.
+    static bool deepen(double& depth, const PlannedPath& path, const Obstacle& obstacle, double shank_radius_mm) {
+        bool deeper = false;
+        double harmless_mm = 0.0;
+        for (std::size_t i = 0; i < path.points.size(); ++i) {
+            const Eigen::Vector2d at = path.points[i].centre_mm.head<2>();
+            if (i > 0) harmless_mm -= (at - path.points[i - 1].centre_mm.head<2>()).norm();
+            if (harmless_mm > 0.0) continue;
+            const double here = shank_radius_mm - distance_to_outline(at, obstacle.outline);
+            deeper = deeper || here > depth;
+            depth = std::max(depth, here);
+            harmless_mm = depth - here;
+        }
+        return deeper;
+    }
 
     bool within(const Vector3d& p, const drivers::Capabilities& machine, const PlannedPath& path) {
         for (Eigen::Index k = 0; k < 3; ++k) {

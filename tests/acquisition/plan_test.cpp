@@ -4,9 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 
+#include "acquisition/clearance.hpp"
 #include "acquisition/nominal_kinds.hpp"
 #include "acquisition/plan_check.hpp"
+#include "core/text.hpp"
 #include "tests/acquisition/test_blade.hpp"
 
 namespace cmm::acquisition {
@@ -213,11 +216,11 @@ TEST(PlanCheck, FindsTravelLimitsShankAndSampleClock) {
     const auto findings = check_plan(*plan, job.part, job.nominal.get(), &machine);
     const auto errors = findings_text(findings, Severity::error), warnings = findings_text(findings, Severity::warning);
     EXPECT_NE(
-        errors.find("section 3 (z 50.000 mm): z = 50.000 mm lies outside the machine's travel (0.000 mm to 45.000 mm)"),
+        errors.find("section 2 (z 50.000 mm): z = 50.000 mm lies outside the machine's travel (0.000 mm to 45.000 mm)"),
         std::string::npos)
         << errors;
-    EXPECT_EQ(errors.find("section 1"), std::string::npos) << errors;
-    EXPECT_NE(warnings.find("section 1 (z 10.000 mm): a shank that hangs straight down would enter the part"),
+    EXPECT_EQ(errors.find("section 0"), std::string::npos) << errors;
+    EXPECT_NE(warnings.find("section 0 (z 10.000 mm): a shank that hangs straight down would enter the part"),
               std::string::npos)
         << warnings;
     EXPECT_NE(warnings.find("faster than the machine's sample clock"), std::string::npos);
@@ -225,6 +228,27 @@ TEST(PlanCheck, FindsTravelLimitsShankAndSampleClock) {
     const auto status = require_sound(findings);
     ASSERT_FALSE(status);
     EXPECT_EQ(status.error().code, core::ErrorCode::plan_invalid);
+}
+
+TEST(PlanCheck, TheDeepestOfAllShanksIsNamed) {
+    auto job = blade_job();
+    job.part.scan.heights_mm = {10.0};
+    job.part.scan.pitch_mm = 0.05;
+    const auto plan = planned(job);
+    double depth = 0.0;
+    for (const auto& obstacle : plan.clearance.obstacles) {
+        const double rise = obstacle.z_mm - 10.0;
+        if (rise <= job.part.stylus.radius_mm || rise > job.part.stylus.length_mm) continue;
+        for (const auto& point : plan.paths[0].points) {
+            const double inside = -distance_to_outline(point.centre_mm.head<2>(), obstacle.outline);
+            depth = std::max(depth, job.part.stylus.shank_radius_mm + inside);
+        }
+    }
+    ASSERT_GT(depth, 0.0);
+    const auto warnings = findings_text(check_plan(plan, job.part, job.nominal.get()), Severity::warning);
+    EXPECT_NE(warnings.find("would enter the part by " + core::length_text(depth) + " at"), std::string::npos)
+        << depth << "\n"
+        << warnings;
 }
 
 TEST(PlanCheck, FindsNothingToStopAPrismFor) {
