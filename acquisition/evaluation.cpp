@@ -21,7 +21,8 @@ using fitting::Zone;
 // A foot whose normal is more than 60 degrees away lies on another side of the blade.
 constexpr double same_side_cosine = 0.5;
 constexpr std::size_t stations_of_nominal = 2400;
-constexpr std::size_t window_stations = 16;
+constexpr std::size_t window_stations = 6;  // either way; a contour advances by about one from point to point
+constexpr double undirected_mm = 1e-5;      // nearer than this the way to the foot says nothing about its normal
 
 /// The nominal at equal steps of arc length: position and outward normal, to find the right side quickly.
 class SideSafeDistance {
@@ -42,13 +43,18 @@ class SideSafeDistance {
         started_ = true;
         last_ = best;
         const auto foot = curve_.closest(point.position_mm, station_mm(best));
-        const auto normal = curve_.evaluate(foot.s_mm).normal;
-        if (normal.dot(point.normal) >= same_side_cosine) return foot.distance_mm;
+        if (normal_at(foot, point.position_mm).dot(point.normal) >= same_side_cosine) return foot.distance_mm;
         return (point.position_mm - stations_[best].position).dot(stations_[best].normal);
     }
 
   private:
     static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+
+    /// The way from the foot to the point is the normal already.
+    Vector2d normal_at(const fitting::ClosestPoint& foot, const Vector2d& point) const {
+        if (std::abs(foot.distance_mm) < undirected_mm) return curve_.evaluate(foot.s_mm).normal;
+        return (point - foot.foot) / foot.distance_mm;
+    }
 
     double station_mm(std::size_t i) const {
         return curve_.length() * static_cast<double>(i) / static_cast<double>(stations_of_nominal);
