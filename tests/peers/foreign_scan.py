@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""A measuring session by a foreign Modbus client (pymodbus 3.0), written from docs/protocol-modbus.md alone.
+"""A measuring session by a foreign Modbus client (pymodbus 3), written from docs/protocol-modbus.md alone.
 
     foreign_scan.py PORT RADIUS_MM
 
 Scans an arc about a round bar that stands along z at the origin; RADIUS_MM is that of the ball centre in contact.
 Prints one line for each check; the exit code is 1 when one failed, 77 when pymodbus is not installed.
 """
+import inspect
 import math
 import struct
 import sys
@@ -19,6 +20,8 @@ except ImportError:
     print("pymodbus is not installed")
     sys.exit(77)
 
+# pymodbus 3.0 says write_registers, 3.8 says values.
+VALUES = "values" if "values" in inspect.signature(ModbusTcpClient.readwrite_registers).parameters else "write_registers"
 UNIT = 1
 OWNER = 7
 IDENTITY, STATUS, COMMAND, PATH, EXCHANGE, FIFO = 0, 64, 128, 256, 384, 400
@@ -44,7 +47,7 @@ class Machine:
         self.watchdog = 0
 
     def read(self, address, count):
-        reply = self.client.read_holding_registers(address, count, slave=UNIT)
+        reply = self.client.read_holding_registers(address, count=count, slave=UNIT)
         check("FC3 at %d" % address, not reply.isError(), reply) if reply.isError() else None
         return reply.registers
 
@@ -57,8 +60,8 @@ class Machine:
     def exchange(self, acknowledge=0, first=0):
         self.watchdog = (self.watchdog + 1) & 0xFFFF
         reply = self.client.readwrite_registers(
-            read_address=FIFO, read_count=125, write_address=EXCHANGE,
-            write_registers=[self.watchdog] + words(acknowledge) + words(first), slave=UNIT)
+            read_address=FIFO, read_count=125, write_address=EXCHANGE, slave=UNIT,
+            **{VALUES: [self.watchdog] + words(acknowledge) + words(first)})
         check("FC23", not reply.isError(), reply) if reply.isError() else None
         block = reply.registers
         used = block[:13 + 8 * block[7]]
@@ -164,7 +167,7 @@ def main():
     check("not faster than the sample clock", min(steps) >= 980, min(steps))
     machine.finish(SCAN)
     machine.run(SCAN, 1, 10000, 10000, 10000, expected=8)
-    check("an address outside is an exception", machine.client.read_holding_registers(60000, 1, slave=UNIT).isError())
+    check("an address outside is an exception", machine.client.read_holding_registers(60000, count=1, slave=UNIT).isError())
     machine.run(RELEASE)
     check("nobody owns it", unsigned(machine.status()[34:36]) == 0)
 

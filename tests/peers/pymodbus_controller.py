@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""A measuring controller on a foreign Modbus server (pymodbus 3.0), as far as docs/protocol-modbus.md asks for a scan.
+"""A measuring controller on a foreign Modbus server (pymodbus 3), as far as docs/protocol-modbus.md asks for a scan.
 
     pymodbus_controller.py PORT
 
@@ -13,7 +13,7 @@ import sys
 from registers import crc16, unsigned, words
 
 try:
-    from pymodbus.datastore import ModbusSequentialDataBlock, ModbusServerContext, ModbusSlaveContext
+    from pymodbus.datastore import ModbusServerContext, ModbusSlaveContext
     from pymodbus.server import StartTcpServer
 except ImportError:
     print("pymodbus is not installed")
@@ -29,24 +29,31 @@ def text(characters):
     return list(struct.unpack(">8H", padded))
 
 
-class Controller(ModbusSequentialDataBlock):
-    """The registers; what is written to them happens at once."""
+class Controller(ModbusSlaveContext):
+    """The registers, the same for every function code; what is written to them happens at once."""
 
     def __init__(self):
-        super().__init__(0, [0] * 600)
-        self.state, self.seq, self.fate, self.result, self.values4 = IDLE, 0, 0, 0, [0] * 4
+        super().__init__()
+        self.registers = [0] * 600
+        self.state, self.seq, self.fate, self.result = IDLE, 0, 0, 0
         self.path_id, self.path, self.passed = 0, [], 0
         self.samples, self.acked, self.owner, self.running, self.heartbeat = [], 0, 0, 0, 0
         block = [0x434D, 0x4D31, 1, 0x0300] + text("pymodbus") + text("PY-1") + [100, 1000, 4096, 200, 10, 500, 15, 0]
         block += 3 * words(-5000000) + 3 * words(5000000) + words(400000) + words(1500000) + [9]
-        self.store(IDENTITY, block + [crc16(block)])
+        self.keep(IDENTITY, block + [crc16(block)])
         self.publish()
 
-    def store(self, at, registers):
-        self.values[at:at + len(registers)] = registers
+    def keep(self, at, registers):
+        self.registers[at:at + len(registers)] = registers
 
-    def setValues(self, address, values):
-        self.store(address, list(values))
+    def validate(self, _function, address, count=1):
+        return address + count <= len(self.registers)
+
+    def getValues(self, _function, address, count=1):
+        return self.registers[address:address + count]
+
+    def setValues(self, _function, address, values):
+        self.keep(address, list(values))
         if address == COMMAND:
             self.command(list(values))
         elif address == STOP:
@@ -117,17 +124,17 @@ class Controller(ModbusSequentialDataBlock):
         for index, sample in enumerate(batch):
             points += sample[:6] + [100 if index else 0, 0]
         block = head + [crc16(head + points)] + points
-        self.store(FIFO, block + [0] * (125 - len(block)))
+        self.keep(FIFO, block + [0] * (125 - len(block)))
 
     def publish(self):
         flags = 3 | (8 if self.running else 0) | (16 if self.owner else 0)
         block = [self.state, self.heartbeat, flags, 0, self.seq, self.fate, self.result] + [0] * 8 + [self.path_id]
         block += words(self.passed) + words(len(self.path)) + words(len(self.samples)) + words(self.acked) + [0] * 6
         block += [len(self.samples) - self.acked] + [0] * 3 + words(self.owner)
-        self.store(STATUS, block + [crc16(block)])
+        self.keep(STATUS, block + [crc16(block)])
 
 
 if __name__ == "__main__":
-    context = ModbusServerContext(slaves=ModbusSlaveContext(hr=Controller(), zero_mode=True), single=True)
+    context = ModbusServerContext(slaves=Controller(), single=True)
     print("ready", flush=True)
     StartTcpServer(context=context, address=("127.0.0.1", int(sys.argv[1])))
