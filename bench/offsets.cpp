@@ -34,18 +34,14 @@ void print_us(const std::string& what, const Spread& s, const std::string& targe
 }
 
 void bench_one(const std::string& name, const fitting::PiecewiseCubic& source) {
-    std::size_t points = 0, corners = 0;
-    print_us("offset contour, " + name,
-             time_of(301,
-                     [&] {
-                         const auto offset = fitting::offset_inwards(source, ball_mm, contour_points);
-                         points = offset.points.size();
-                         corners = offset.corners.size();
-                     }),
-             "50 us (" + std::to_string(points) + " points, " + std::to_string(corners) + " corners)");
+    fitting::Offset offset;
+    const auto contour = time_of(301, [&] { offset = fitting::offset_inwards(source, ball_mm, contour_points); });
+    print_us("offset contour, " + name, contour,
+             "50 us (" + std::to_string(offset.points.size()) + " points, " + std::to_string(offset.corners.size()) +
+                 " corners)");
     fitting::OffsetSpline spline;
-    print_us("offset as a spline to 0.1 um, " + name,
-             time_of(301, [&] { spline = fitting::offset_spline(source, -ball_mm, tolerance_mm); }),
+    const auto approximation = time_of(301, [&] { spline = fitting::offset_spline(source, -ball_mm, tolerance_mm); });
+    print_us("offset as a spline to 0.1 um, " + name, approximation,
              "100 us (" + std::to_string(spline.curve.spans()) + " pieces)");
     const fitting::ClosedCurve curve(source);
     double worst = 0.0;
