@@ -66,13 +66,6 @@ double signed_area(const std::vector<Vector2d>& polygon) noexcept {
     return 0.5 * doubled;
 }
 
-void drop_repeated(std::vector<Vector2d>& polygon, double tolerance_mm) {
-    const auto same = [tolerance_mm](const Vector2d& a, const Vector2d& b) { return (a - b).norm() <= tolerance_mm; };
-    polygon.erase(std::unique(polygon.begin(), polygon.end(), same), polygon.end());
-    while (polygon.size() > 1 && same(polygon.front(), polygon.back()))
-        polygon.pop_back();
-}
-
 NominalContour contour_from(double z_mm, const std::vector<CutPoint>& cut) {
     NominalContour contour;
     contour.z_mm = z_mm;
@@ -82,10 +75,14 @@ NominalContour contour_from(double z_mm, const std::vector<CutPoint>& cut) {
         contour.points.push_back(cut[i].position_mm);
         const Vector2d along = cut[(i + 1) % n].position_mm - cut[(i + n - 1) % n].position_mm;
         const Eigen::Vector3d normal = Eigen::Vector3d(along.x(), along.y(), 0.0).cross(cut[i].spanwise);
-        if (normal.norm() == 0.0) continue;
-        contour.lean_rad = std::max(contour.lean_rad, std::asin(std::min(1.0, std::abs(normal.z()) / normal.norm())));
+        const double size = normal.norm();
+        contour.leans_rad.push_back(size > 0.0 ? std::asin(std::min(1.0, std::abs(normal.z()) / size)) : 0.0);
+        contour.lean_rad = std::max(contour.lean_rad, contour.leans_rad.back());
     }
-    if (signed_area(contour.points) < 0.0) std::reverse(contour.points.begin(), contour.points.end());
+    if (signed_area(contour.points) < 0.0) {
+        std::reverse(contour.points.begin(), contour.points.end());
+        std::reverse(contour.leans_rad.begin(), contour.leans_rad.end());
+    }
     return contour;
 }
 

@@ -22,10 +22,8 @@ std::vector<double> dense_parameters(const std::function<Eigen::Vector2d(double)
                                      const std::vector<double>& coarse, double period);
 
 double signed_area(const std::vector<Eigen::Vector2d>& polygon) noexcept;
-/// Drops a last point that repeats the first, and repeated points.
-void drop_repeated(std::vector<Eigen::Vector2d>& polygon, double tolerance_mm);
 /// The contour counter-clockwise with its lean (angle between the surface normal and the section plane, largest over
-/// all points).
+/// all points; also by point).
 NominalContour contour_from(double z_mm, const std::vector<CutPoint>& cut);
 
 }  // namespace cmm::acquisition

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -70,7 +71,7 @@ double largest_um(const SectionResult& section, const ZoneLimits& limits) {
     const auto& contour = section.fit->contour;
     double largest = 1.0;
     for (std::size_t i = 0; i < contour.size(); ++i) {
-        largest = std::max({largest, um_from_mm(std::abs(section.deviation_mm[i]) + contour[i].u95_mm),
+        largest = std::max({largest, um_from_mm(std::abs(section.deviation_mm[i].value_or(0.0)) + contour[i].u95_mm),
                             0.5 * limit_um(limits, contour[i].zone)});
     }
     return largest;
@@ -78,7 +79,8 @@ double largest_um(const SectionResult& section, const ZoneLimits& limits) {
 
 /// One run unrolled: arc length from its first point against deviation, up to the first point of the next run.
 struct Unrolled {
-    std::vector<double> at_mm, deviation_um, u95_um;
+    std::vector<double> at_mm, u95_um;
+    std::vector<std::optional<double>> deviation_um;  // none where the ball does not reach
 };
 
 Unrolled unroll(const SectionResult& section, const Run& run) {
@@ -89,10 +91,28 @@ Unrolled unroll(const SectionResult& section, const Run& run) {
         const auto before = (i + contour.size() - 1) % contour.size();
         const double step = k == 0 ? 0.0 : (contour[i].position_mm - contour[before].position_mm).norm();
         out.at_mm.push_back((k == 0 ? 0.0 : out.at_mm.back()) + step);
-        out.deviation_um.push_back(um_from_mm(section.deviation_mm[i]));
+        const auto deviation = section.deviation_mm[i];
+        out.deviation_um.push_back(deviation ? std::optional(um_from_mm(*deviation)) : std::nullopt);
         out.u95_um.push_back(um_from_mm(contour[i].u95_mm));
     }
     return out;
+}
+
+/// The measured line in its band over the points [first, last), all of which have a deviation.
+void draw_evaluable(Picture& picture, const PlotFrame& frame, const Unrolled& run, std::size_t first,
+                    std::size_t last) {
+    if (last <= first + 1) return;
+    std::vector<Vector2d> line;
+    std::vector<Vector2d> band;
+    for (std::size_t i = first; i < last; ++i) {
+        line.push_back(frame.px({run.at_mm[i], *run.deviation_um[i]}));
+        band.push_back(frame.px({run.at_mm[i], *run.deviation_um[i] + run.u95_um[i]}));
+    }
+    for (std::size_t i = last; i-- > first;) {
+        band.push_back(frame.px({run.at_mm[i], *run.deviation_um[i] - run.u95_um[i]}));
+    }
+    picture.path("sure", svg::polyline(band, true));
+    picture.path("measured", svg::polyline(line, false));
 }
 
 void draw_panel(Picture& picture, const PlotFrame& frame, const Unrolled& run, Zone zone, double limit) {
@@ -102,17 +122,13 @@ void draw_panel(Picture& picture, const PlotFrame& frame, const Unrolled& run, Z
     for (const double y : {0.5 * limit, -0.5 * limit}) {
         if (limit > 0.0) picture.line("limit", frame.px({0, y}), frame.px({length, y}));
     }
-    std::vector<Vector2d> line;
-    std::vector<Vector2d> band;
-    for (std::size_t i = 0; i < run.at_mm.size(); ++i) {
-        line.push_back(frame.px({run.at_mm[i], run.deviation_um[i]}));
-        band.push_back(frame.px({run.at_mm[i], run.deviation_um[i] + run.u95_um[i]}));
+    for (std::size_t first = 0; first < run.at_mm.size();) {
+        std::size_t last = first;
+        while (last < run.at_mm.size() && run.deviation_um[last])
+            ++last;
+        draw_evaluable(picture, frame, run, first, last);
+        first = last + 1;
     }
-    for (std::size_t i = run.at_mm.size(); i-- > 0;) {
-        band.push_back(frame.px({run.at_mm[i], run.deviation_um[i] - run.u95_um[i]}));
-    }
-    picture.path("sure", svg::polyline(band, true));
-    picture.path("measured", svg::polyline(line, false));
     picture.text("tag", {frame.corner().x() + 0.5 * frame.size().x(), frame.corner().y() - 6}, Anchor::middle,
                  short_name(zone));
 }

@@ -4,12 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "core/text.hpp"
 #include "core/units.hpp"
-#include "fitting/closed_curve.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -17,67 +15,6 @@ namespace {
 using Eigen::Vector2d;
 using fitting::ContourPoint;
 using fitting::Zone;
-
-// A foot whose normal is more than 60 degrees away lies on another side of the blade.
-constexpr double same_side_cosine = 0.5;
-constexpr std::size_t stations_of_nominal = 2400;
-constexpr std::size_t window_stations = 6;  // either way; a contour advances by about one from point to point
-constexpr double undirected_mm = 1e-5;      // nearer than this the way to the foot says nothing about its normal
-
-/// The nominal at equal steps of arc length: position and outward normal, to find the right side quickly.
-class SideSafeDistance {
-  public:
-    explicit SideSafeDistance(fitting::ClosedCurve curve) : curve_(std::move(curve)) {
-        stations_.reserve(stations_of_nominal);
-        for (std::size_t i = 0; i < stations_of_nominal; ++i)
-            stations_.push_back(curve_.evaluate(station_mm(i)));
-    }
-
-    /// Consecutive points of a contour are near each other: the last foot's surroundings are searched first.
-    double signed_mm(const ContourPoint& point) {
-        auto best = nearest(point, last_ + stations_.size() - window_stations, 2 * window_stations + 1);
-        const auto ahead = (best + stations_.size() - last_) % stations_.size();
-        const bool at_border = ahead == window_stations || ahead == stations_.size() - window_stations;
-        if (!started_ || best == none || at_border) best = nearest(point, 0, stations_.size());
-        if (best == none) return curve_.closest(point.position_mm).distance_mm;
-        started_ = true;
-        last_ = best;
-        const auto foot = curve_.closest(point.position_mm, station_mm(best));
-        if (normal_at(foot, point.position_mm).dot(point.normal) >= same_side_cosine) return foot.distance_mm;
-        return (point.position_mm - stations_[best].position).dot(stations_[best].normal);
-    }
-
-  private:
-    static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-
-    /// The way from the foot to the point is the normal already.
-    Vector2d normal_at(const fitting::ClosestPoint& foot, const Vector2d& point) const {
-        if (std::abs(foot.distance_mm) < undirected_mm) return curve_.evaluate(foot.s_mm).normal;
-        return (point - foot.foot) / foot.distance_mm;
-    }
-
-    double station_mm(std::size_t i) const {
-        return curve_.length() * static_cast<double>(i) / static_cast<double>(stations_of_nominal);
-    }
-    std::size_t nearest(const ContourPoint& point, std::size_t first, std::size_t count) const {
-        std::size_t best = none;
-        double best_squared = std::numeric_limits<double>::max();
-        for (std::size_t k = 0; k < count; ++k) {
-            const auto i = (first + k) % stations_.size();
-            const double squared = (stations_[i].position - point.position_mm).squaredNorm();
-            if (squared < best_squared && stations_[i].normal.dot(point.normal) >= same_side_cosine) {
-                best = i;
-                best_squared = squared;
-            }
-        }
-        return best;
-    }
-
-    fitting::ClosedCurve curve_;
-    std::vector<fitting::CurvePoint> stations_;
-    std::size_t last_ = 0;
-    bool started_ = false;
-};
 
 struct ProfileZone {
     Zone zone;
@@ -88,14 +25,12 @@ constexpr std::array profile_zones{
     ProfileZone{Zone::le, "profile_le", true}, ProfileZone{Zone::suction, "profile_suction", false},
     ProfileZone{Zone::te, "profile_te", true}, ProfileZone{Zone::pressure, "profile_pressure", false}};
 
+constexpr double shown_share = 0.0005;  // of a zone that is not evaluable: below 0.1 % nothing is said
+constexpr const char* not_reached = "not evaluable there: the ball does not reach";
 constexpr const char* profile_method = "line profile ISO 1101, 2 max|d|, nominal frame";
 constexpr const char* radius_method = "orthogonal-distance circle through the edge's points";
 constexpr const char* chord_method = "NOSETAIL: distance of the nose points";
 constexpr const char* thickness_method = "INSCRIBED: diameter of the largest inscribed circle";
-
-double offset_error_mm(const EvaluationOptions& options) {
-    return options.ball_radius_mm * (1.0 - std::cos(options.lean_rad));
-}
 
 Characteristic not_evaluable(const char* name, const char* method, std::optional<double> limit, std::string why) {
     return {name, method, {}, {}, limit, Decision::not_evaluable, std::move(why)};
@@ -117,24 +52,27 @@ Characteristic profile(const ProfileZone& zone, const SectionResult& section, co
     const auto limit = limit_of(zone, options);
     const auto& contour = section.fit->contour;
     std::optional<std::size_t> worst;
+    std::size_t points = 0;
+    std::size_t judged = 0;
     for (std::size_t i = 0; i < contour.size(); ++i) {
         if (contour[i].zone != zone.zone) continue;
-        if (!worst || std::abs(section.deviation_mm[i]) > std::abs(section.deviation_mm[*worst])) worst = i;
+        ++points;
+        if (!section.deviation_mm[i]) continue;
+        ++judged;
+        if (!worst || std::abs(*section.deviation_mm[i]) > std::abs(*section.deviation_mm[*worst])) worst = i;
     }
-    if (!worst) return not_evaluable(zone.name, profile_method, limit, "the contour has no such zone");
-    const double deviation = section.deviation_mm[*worst];
-    const double error = offset_error_mm(options);
-    Characteristic c{zone.name,
-                     profile_method,
-                     2.0 * std::abs(deviation),
-                     2.0 * (contour[*worst].u95_mm + error),
-                     limit,
-                     Decision::reported,
-                     {}};
+    if (points == 0) return not_evaluable(zone.name, profile_method, limit, "the contour has no such zone");
+    if (!worst) return not_evaluable(zone.name, profile_method, limit, not_reached);
+    const double deviation = *section.deviation_mm[*worst];
+    Characteristic c{
+        zone.name, profile_method, 2.0 * std::abs(deviation), 2.0 * contour[*worst].u95_mm, limit, Decision::reported,
+        {}};
     const auto& at = contour[*worst].position_mm;
     c.note = "worst d " + std::string(deviation > 0 ? "+" : "") + core::length_text(deviation) + " at x " +
              core::fixed(at.x(), 3) + " mm, y " + core::fixed(at.y(), 3) + " mm";
-    if (const auto note = systematic_note(error); !note.empty()) c.note += "; " + note;
+    if (const auto note = systematic_note(contour[*worst].offset_error_mm); !note.empty()) c.note += "; " + note;
+    if (const auto share = static_cast<double>(points - judged) / static_cast<double>(points); share > shown_share)
+        c.note += "; " + core::fixed(100.0 * share, 1) + " % of it " + not_reached;
     if (limit) c.decision = decide(*c.value_mm, *c.u95_mm, *limit);
     return c;
 }
@@ -146,33 +84,35 @@ Characteristic edge_radius(const char* name, const fitting::EdgeArc& arc, double
                         core::length_text(arc.rms_mm));
 }
 
-double u95_at(const std::vector<ContourPoint>& contour, const Vector2d& point) {
+const ContourPoint& nearest_to(const std::vector<ContourPoint>& contour, const Vector2d& point) {
     const auto nearer = [&](const ContourPoint& a, const ContourPoint& b) {
         return (a.position_mm - point).squaredNorm() < (b.position_mm - point).squaredNorm();
     };
-    return std::min_element(contour.begin(), contour.end(), nearer)->u95_mm;
+    return *std::min_element(contour.begin(), contour.end(), nearer);
 }
 
-double largest_side_u95(const std::vector<ContourPoint>& contour) {
-    double largest = 0.0;
-    for (const auto& point : contour) {
-        if (point.zone == Zone::suction || point.zone == Zone::pressure) largest = std::max(largest, point.u95_mm);
-    }
-    return largest;
+/// The uncertainties of a size between two surfaces: noise in quadrature, offset errors added, as both have one sign.
+double size_u95(const ContourPoint& a, const ContourPoint& b) {
+    return std::hypot(a.u95_mm - a.offset_error_mm, b.u95_mm - b.offset_error_mm) + a.offset_error_mm +
+           b.offset_error_mm;
 }
 
-/// Sizes between two surfaces: both ends' uncertainties in quadrature, both ends' offset errors added.
-void add_sizes(SectionResult& section, const EvaluationOptions& options) {
+void add_sizes(SectionResult& section) {
     const auto& fit = *section.fit;
-    const double error = offset_error_mm(options);
-    const auto note = systematic_note(2.0 * error);
-    section.characteristics.push_back(edge_radius("le_radius", fit.le, error));
-    section.characteristics.push_back(edge_radius("te_radius", fit.te, error));
-    const double chord_u95 = std::hypot(u95_at(fit.contour, fit.le_point_mm), u95_at(fit.contour, fit.te_point_mm));
-    section.characteristics.push_back(reported("chord", chord_method, fit.chord_mm, chord_u95 + 2.0 * error, note));
-    const double thickness_u95 = std::sqrt(2.0) * largest_side_u95(fit.contour);
-    section.characteristics.push_back(
-        reported("max_thickness", thickness_method, fit.max_thickness_mm, thickness_u95 + 2.0 * error, note));
+    const auto& le = nearest_to(fit.contour, fit.le_point_mm);
+    const auto& te = nearest_to(fit.contour, fit.te_point_mm);
+    section.characteristics.push_back(edge_radius("le_radius", fit.le, le.offset_error_mm));
+    section.characteristics.push_back(edge_radius("te_radius", fit.te, te.offset_error_mm));
+    section.characteristics.push_back(reported("chord", chord_method, fit.chord_mm, size_u95(le, te),
+                                               systematic_note(le.offset_error_mm + te.offset_error_mm)));
+    const auto& worst = *std::max_element(fit.contour.begin(), fit.contour.end(), [](const auto& a, const auto& b) {
+        const auto of_side = [](const ContourPoint& p) {
+            return p.zone == Zone::suction || p.zone == Zone::pressure ? p.u95_mm : -1.0;
+        };
+        return of_side(a) < of_side(b);
+    });
+    section.characteristics.push_back(reported("max_thickness", thickness_method, fit.max_thickness_mm,
+                                               size_u95(worst, worst), systematic_note(2.0 * worst.offset_error_mm)));
 }
 
 void add_nothing_evaluable(SectionResult& section, bool with_profiles, const EvaluationOptions& options) {
@@ -215,40 +155,21 @@ Decision decide(double value_mm, double u95_mm, double limit_mm) {
     return value_mm - g > limit_mm ? Decision::reject : Decision::undecided;
 }
 
-core::Result<std::vector<double>> deviations_mm(std::span<const ContourPoint> contour,
-                                                std::span<const Vector2d> nominal) {
-    auto curve = fitting::ClosedCurve::through(nominal);
-    if (!curve) return tl::unexpected(curve.error().with_context("nominal contour"));
-    SideSafeDistance distance(std::move(*curve));
-    std::vector<double> deviations;
-    deviations.reserve(contour.size());
-    for (const auto& point : contour)
-        deviations.push_back(distance.signed_mm(point));
-    return deviations;
-}
-
 SectionResult evaluate_section(SectionResult section, core::Result<fitting::SectionFit> fit,
-                               std::span<const Vector2d> nominal, const EvaluationOptions& options) {
-    section.nominal_contour.assign(nominal.begin(), nominal.end());
+                               const ReferenceContour* nominal, const EvaluationOptions& options) {
     section.characteristics.clear();
     take_fit(section, std::move(fit));
-    if (section.closed() && !nominal.empty()) {
-        auto deviations = deviations_mm(section.fit->contour, nominal);
-        if (deviations) {
-            section.deviation_mm = std::move(*deviations);
-        } else {
-            section.why = deviations.error().text();
-        }
-    }
+    if (nominal != nullptr) section.nominal_contour = nominal->points();
     if (!section.why.empty()) {
-        add_nothing_evaluable(section, !nominal.empty(), options);
+        add_nothing_evaluable(section, nominal != nullptr, options);
         return section;
     }
-    if (!nominal.empty()) {
+    if (nominal != nullptr) {
+        section.deviation_mm = nominal->compare(section.fit->contour);
         for (const auto& zone : profile_zones)
             section.characteristics.push_back(profile(zone, section, options));
     }
-    add_sizes(section, options);
+    add_sizes(section);
     return section;
 }
 

@@ -68,7 +68,7 @@ std::string section_csv(const SectionResult& section) {
         // The normal lies in the plane: this is the contour in the plane z, compensated in two dimensions.
         out += ',' + core::fixed(point.normal.x(), unit_digits) + ',' + core::fixed(point.normal.y(), unit_digits) +
                ",0," + std::string(fitting::to_string(point.zone)) + ',';
-        if (i < section.deviation_mm.size()) out += mm(section.deviation_mm[i]);
+        if (i < section.deviation_mm.size() && section.deviation_mm[i]) out += mm(*section.deviation_mm[i]);
         out += ',' + mm(point.u95_mm) + '\n';
     }
     return out;

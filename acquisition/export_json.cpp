@@ -59,6 +59,8 @@ Json section_of(const SectionResult& section) {
     if (section.closed()) {
         out["contour_file"] = "section-" + std::to_string(section.index) + ".csv";
         out["noise_sigma_mm"] = number(section.fit->noise_sigma_mm);
+        out["contour_points"] = section.fit->contour.size();
+        if (!section.deviation_mm.empty()) out["not_reached"] = section.not_reached();
     } else {
         out["why"] = section.why;
     }

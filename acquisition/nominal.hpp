@@ -15,8 +15,10 @@ namespace cmm::acquisition {
 struct NominalContour {
     double z_mm = 0.0;
     std::vector<Eigen::Vector2d> points;
-    double lean_rad =
-        0.0;  ///< largest angle of the surface to the section plane's normal direction in this plane (A22)
+    /// Largest angle of the surface to the section plane's normal direction in this plane (A22), and that at each point
+    /// (none: it is the largest one everywhere).
+    double lean_rad = 0.0;
+    std::vector<double> leans_rad;
 };
 
 /// The nominal of a part: cut at any height. Immutable, thread-safe. Made by `load_nominal` from sections (lofted),

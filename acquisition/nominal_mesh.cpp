@@ -21,6 +21,7 @@ constexpr double widest_step_mm = 0.05;
 constexpr double same_corner_mm = 0.002;
 // Slivers of a scanned mesh face anywhere; the lean is what all but this share of the contour stays below.
 constexpr double sliver_share = 0.02;
+constexpr std::size_t median_reach = 10;  // steps to either side: half a millimetre
 
 /// Where the plane crosses an edge of the mesh, and the segments that end there.
 struct Crossing {
@@ -139,15 +140,48 @@ double lean_of(const Loop& loop) {
     return parts.empty() ? 0.0 : parts.back().first;
 }
 
-std::vector<Vector2d> subdivided(const std::vector<Vector2d>& corners) {
-    std::vector<Vector2d> points;
-    for (std::size_t i = 0; i < corners.size(); ++i) {
-        const Vector2d &from = corners[i], &to = corners[(i + 1) % corners.size()];
-        const auto steps = static_cast<int>(std::ceil(std::max(1.0, (to - from).norm() / widest_step_mm)));
-        for (int k = 0; k < steps; ++k)
-            points.emplace_back(from + (to - from) * (static_cast<double>(k) / steps));
+/// Counter-clockwise, without corners that repeat each other; the lean stays with the segment.
+void tidy(Loop& loop) {
+    if (signed_area(loop.points) < 0.0) {
+        std::reverse(loop.points.begin() + 1, loop.points.end());
+        std::reverse(loop.lean_rad.begin(), loop.lean_rad.end());
     }
-    return points;
+    Loop kept;
+    for (std::size_t i = 0; i < loop.points.size(); ++i) {
+        if (!kept.points.empty() && (loop.points[i] - kept.points.back()).norm() <= same_corner_mm) continue;
+        kept.points.push_back(loop.points[i]);
+        kept.lean_rad.push_back(loop.lean_rad[i]);
+    }
+    while (kept.points.size() > 1 && (kept.points.front() - kept.points.back()).norm() <= same_corner_mm) {
+        kept.points.pop_back();
+        kept.lean_rad.pop_back();
+    }
+    loop = std::move(kept);
+}
+
+/// Points at small even steps, each with the median lean of its neighbourhood.
+NominalContour subdivided(double z_mm, const Loop& loop) {
+    NominalContour contour;
+    contour.z_mm = z_mm;
+    contour.lean_rad = lean_of(loop);
+    std::vector<double> leans;
+    for (std::size_t i = 0; i < loop.points.size(); ++i) {
+        const Vector2d &from = loop.points[i], &to = loop.points[(i + 1) % loop.points.size()];
+        const auto steps = static_cast<int>(std::ceil(std::max(1.0, (to - from).norm() / widest_step_mm)));
+        for (int k = 0; k < steps; ++k) {
+            contour.points.emplace_back(from + (to - from) * (static_cast<double>(k) / steps));
+            leans.push_back(loop.lean_rad[i]);
+        }
+    }
+    const std::size_t n = leans.size(), reach = std::min(median_reach, n / 4);
+    std::vector<double> near(2 * reach + 1);
+    for (std::size_t i = 0; i < n; ++i) {
+        for (std::size_t k = 0; k < near.size(); ++k)
+            near[k] = leans[(i + n + k - reach) % n];
+        std::nth_element(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(reach), near.end());
+        contour.leans_rad.push_back(near[reach]);
+    }
+    return contour;
 }
 
 class MeshNominal final : public Nominal {
@@ -169,11 +203,8 @@ class MeshNominal final : public Nominal {
         if (largest == loops->end() || largest->points.size() < 4 || size(*largest) <= 0.0) {
             return fail(ErrorCode::input_invalid, "cut at z = " + core::fixed(z_mm, 3) + " mm: no closed contour");
         }
-        NominalContour contour{z_mm, largest->points, lean_of(*largest)};
-        drop_repeated(contour.points, same_corner_mm);
-        if (signed_area(contour.points) < 0.0) std::reverse(contour.points.begin(), contour.points.end());
-        contour.points = subdivided(contour.points);
-        return contour;
+        tidy(*largest);
+        return subdivided(z_mm, *largest);
     }
     double z_low_mm() const override { return z_low_; }
     double z_high_mm() const override { return z_high_; }

@@ -135,12 +135,24 @@ std::vector<Profile> with_common_count(std::vector<Profile> profiles) {
     return profiles;
 }
 
+/// Those of the loft at the nearest of its points.
+void take_leans(const NominalContour& loft, NominalContour& plane) {
+    plane.lean_rad = loft.lean_rad;
+    plane.leans_rad.clear();
+    for (const auto& point : plane.points) {
+        const auto nearest = std::min_element(
+            loft.points.begin(), loft.points.end(),
+            [&](const auto& a, const auto& b) { return (a - point).squaredNorm() < (b - point).squaredNorm(); });
+        plane.leans_rad.push_back(loft.leans_rad[static_cast<std::size_t>(nearest - loft.points.begin())]);
+    }
+}
+
 class SectionsNominal final : public Nominal {
   public:
     /// Profiles counter-clockwise, ascending.
     explicit SectionsNominal(const std::vector<Profile>& profiles) {
         for (const auto& profile : profiles) {
-            if (is_planar(profile)) planar_.push_back({centre_of(profile).z(), seen_along_z(profile), 0.0});
+            if (is_planar(profile)) planar_.push_back({centre_of(profile).z(), seen_along_z(profile), 0.0, {}});
         }
         if (profiles.size() > 1) loft_.emplace(with_common_count(profiles));
         const bool ends_are_planar = is_planar(profiles.front()) && is_planar(profiles.back());
@@ -148,7 +160,7 @@ class SectionsNominal final : public Nominal {
         z_low_ = ends_are_planar ? planar_.front().z_mm : loft_->z_low_mm();
         z_high_ = ends_are_planar ? planar_.back().z_mm : loft_->z_high_mm();
         for (auto& plane : planar_) {
-            if (loft_) plane.lean_rad = contour_from(plane.z_mm, loft_->cut(within(plane.z_mm))).lean_rad;
+            if (loft_) take_leans(contour_from(plane.z_mm, loft_->cut(within(plane.z_mm))), plane);
         }
     }
 

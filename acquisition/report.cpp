@@ -236,6 +236,9 @@ std::string section_sheet(const SectionResult& section, double ball_radius_mm) {
                       " rejected";
     if (section.closed()) {
         out += ", scatter " + core::fixed(section.fit->noise_sigma_mm * 1e3, 1) + " \u00b5m (1 \u03c3)";
+        if (const auto count = section.not_reached(); count > 0)
+            out += ", the ball does not reach " + std::to_string(count) + " of " +
+                   std::to_string(section.fit->contour.size()) + " contour points";
     }
     out += "</span><span class=\"state " + std::string(to_string(decision)) + "\">" + words(decision) +
            "</span></header>\n";
@@ -266,12 +269,17 @@ std::string methods(const PartResult& part) {
            "\u2264 limit, reject when value \u2212 g &gt; limit, otherwise undecided.</td></tr>\n"
            "<tr><td>Uncertainty</td><td>U95 is expanded (k = 2) from the scatter of the points about the fit. The "
            "error of "
-           "the 2-D offset, r (1 \u2212 cos lean) per surface point, is not corrected and is added to it. The "
+           "the 2-D offset, r (1/cos lean \u2212 1) by the nominal\u2019s lean at each point, is not corrected and is "
+           "added to it. The "
            "machine\u2019s own "
            "length error is not included.</td></tr>\n"
            "<tr><td>Compensation</td><td>The ball radius is taken off in the plane of the section, along the normal of "
            "the "
            "fitted curve of ball centres.</td></tr>\n"
+           "<tr><td>Reach</td><td>Hollows of the nominal that are sharper than the ball are not compared: the ball "
+           "rests "
+           "on "
+           "both ends and the contour shows the ball there.</td></tr>\n"
            "<tr><td>Rejected points</td><td>Points that lie off the curve through their neighbours, by more than the "
            "larger "
            "of the stated floor and the robust scatter, are marked and not used. Nothing is deleted.</td></tr>\n"

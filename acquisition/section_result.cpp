@@ -100,6 +100,10 @@ std::size_t SectionResult::rejected() const {
     }));
 }
 
+std::size_t SectionResult::not_reached() const {
+    return static_cast<std::size_t>(std::count(deviation_mm.begin(), deviation_mm.end(), std::nullopt));
+}
+
 const Characteristic* SectionResult::find(std::string_view characteristic_name) const {
     const auto at = std::find_if(characteristics.begin(), characteristics.end(),
                                  [&](const Characteristic& c) { return c.name == characteristic_name; });

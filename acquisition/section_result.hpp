@@ -44,13 +44,16 @@ struct SectionResult {
     std::vector<RecordedPoint> points;
     std::optional<fitting::SectionFit> fit;
     std::string why;  ///< not evaluable because ...
-    /// Signed distance along the normal of the nominal, one per fit->contour point; empty without a nominal.
-    std::vector<double> deviation_mm;
+    /// Signed distance along the normal of the nominal, one per fit->contour point, none where the ball does not reach
+    /// the nominal; empty without a nominal.
+    std::vector<std::optional<double>> deviation_mm;
     std::vector<Eigen::Vector2d> nominal_contour;  ///< for the pictures; empty without a nominal
     std::vector<Characteristic> characteristics;
 
     bool closed() const { return fit && fit->closed && !fit->contour.empty(); }
     std::size_t rejected() const;
+    /// Contour points without a deviation because the ball does not reach there.
+    std::size_t not_reached() const;
     const Characteristic* find(std::string_view characteristic_name) const;
     /// Worst decision of its requirements: reject, undecided, accept; `reported` when it has none and is closed.
     Decision decision() const;

@@ -28,7 +28,8 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
         return core::fail(core::ErrorCode::input_invalid,
                           "the nominal at z " + core::fixed(z_mm, 3) + " mm: " + analysed.error().text());
     }
-    setup.nominal = SectionNominal{std::move(*contour), std::move(*analysed)};
+    ReferenceContour reference(*contour, analysed->curve(), part.stylus.radius_mm);
+    setup.nominal = SectionNominal{std::move(*analysed), std::move(reference)};
     return setup;
 }
 
@@ -51,14 +52,11 @@ SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<Record
     EvaluationOptions evaluation;
     evaluation.profile_mm = setup.gate.profile_mm;
     evaluation.edge_profile_mm = setup.gate.edge_profile_mm;
-    evaluation.ball_radius_mm = setup.ball_radius_mm;
-    std::span<const Eigen::Vector2d> nominal;
+    const ReferenceContour* nominal = nullptr;
     if (setup.nominal) {
         options.le_hint = setup.nominal->section.le_point();
         options.te_hint = setup.nominal->section.te_point();
-        options.lean_rad = setup.nominal->contour.lean_rad;
-        evaluation.lean_rad = setup.nominal->contour.lean_rad;
-        nominal = setup.nominal->contour.points;
+        nominal = &setup.nominal->reference;
     }
     auto fit = fitting::fit_section(centres, excluded, options);
     if (fit && fit->closed) {

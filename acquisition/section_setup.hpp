@@ -8,16 +8,17 @@
 
 #include "acquisition/nominal.hpp"
 #include "acquisition/part_file.hpp"
+#include "acquisition/reference_contour.hpp"
 #include "acquisition/section_result.hpp"
 #include "fitting/nominal.hpp"
 
 namespace cmm::acquisition {
 
-/// The nominal of one section, ready for questions: the contour, and the same as a closed curve with its edges found.
-/// Part frame, mm.
+/// The nominal of one section, ready for questions: as a closed curve with its edges found, and as what the ball can
+/// touch of it. Part frame, mm.
 struct SectionNominal {
-    NominalContour contour;
     fitting::NominalSection section;
+    ReferenceContour reference;
 };
 
 /// What must be known to judge a section, whoever brings its points: a scan, a run file or a point file.

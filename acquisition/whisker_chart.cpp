@@ -21,8 +21,8 @@ using namespace figure;
 /// Where each whisker stands on the nominal and the limits there.
 struct Whisker {
     Vector2d base_px;
-    Vector2d out_px;  ///< unit normal in the picture
-    double deviation_mm;
+    Vector2d out_px;                     ///< unit normal in the picture
+    std::optional<double> deviation_mm;  ///< none where the ball does not reach
     std::optional<double> limit_mm;
     bool edge;
 };
@@ -33,8 +33,8 @@ std::vector<Whisker> whiskers(const SectionResult& section, const PlotFrame& fra
     const auto limits = zone_limits_mm(section);
     for (std::size_t i = 0; i < contour.size(); ++i) {
         const auto& point = contour[i];
-        const double d = section.deviation_mm[i];
-        out.push_back({frame.px(point.position_mm - d * point.normal),
+        const auto d = section.deviation_mm[i];
+        out.push_back({frame.px(point.position_mm - d.value_or(0.0) * point.normal),
                        {point.normal.x(), -point.normal.y()},
                        d,
                        limits[static_cast<std::size_t>(point.zone)],
@@ -75,12 +75,13 @@ void draw_whiskers(Picture& picture, const std::vector<Whisker>& all, double px_
     std::string outside;
     const Whisker* last = nullptr;
     for (const auto& w : all) {
-        const Vector2d tip = w.base_px + w.deviation_mm * px_per_mm * w.out_px;
+        if (!w.deviation_mm) continue;
+        const Vector2d tip = w.base_px + *w.deviation_mm * px_per_mm * w.out_px;
         const bool far = last == nullptr || (w.base_px - last->base_px).norm() > spacing_px ||
                          (w.edge && w.out_px.dot(last->out_px) < 0.97);
         if (!far) continue;
         last = &w;
-        const bool over = w.limit_mm && 2.0 * std::abs(w.deviation_mm) > *w.limit_mm;
+        const bool over = w.limit_mm && 2.0 * std::abs(*w.deviation_mm) > *w.limit_mm;
         auto& lines = over ? outside : w.edge ? edge : side;
         lines += "M" + svg::number(w.base_px.x()) + " " + svg::number(w.base_px.y()) + "L" + svg::number(tip.x()) +
                  " " + svg::number(tip.y());
@@ -88,8 +89,10 @@ void draw_whiskers(Picture& picture, const std::vector<Whisker>& all, double px_
     picture.path("whisker-side", side);
     picture.path("whisker-edge", edge);
     picture.path("whisker-out", outside);
-    picture.path("envelope",
-                 svg::polyline(along_normals(all, [&](const Whisker& w) { return w.deviation_mm * px_per_mm; }), true));
+    picture.path(
+        "envelope",
+        svg::polyline(along_normals(all, [&](const Whisker& w) { return w.deviation_mm.value_or(0.0) * px_per_mm; }),
+                      true));
 }
 
 }  // namespace
@@ -103,7 +106,7 @@ std::string whisker_figure(const SectionResult& section) {
     const auto all = whiskers(section, frame);
     double largest = 1e-6;
     for (const auto& w : all) {
-        largest = std::max({largest, std::abs(w.deviation_mm), 0.5 * w.limit_mm.value_or(0.0)});
+        largest = std::max({largest, std::abs(w.deviation_mm.value_or(0.0)), 0.5 * w.limit_mm.value_or(0.0)});
     }
     const double magnification = svg::round_down(longest_whisker_px / (largest * frame.scale_x()));
     const double px_per_mm = magnification * frame.scale_x();

@@ -145,18 +145,16 @@ class ContourBuilder {
             out.position_mm = a.position + share * (b.position - a.position);
             out.normal = (a.normal + share * (b.normal - a.normal)).normalized();
             out.zone = zones[at(k)];
-            out.u95_mm = uncertainty(a.t);
+            out.offset_error_mm = lean_error(options_.ball_radius_mm, options_.lean_rad).in_plane_mm;
+            out.u95_mm = noise_uncertainty(a.t) + out.offset_error_mm;
+            out.reached = !a.on_arc;
             fit_.centre_curve[i] = out;
             fit_.centre_curve[i].position_mm += options_.ball_radius_mm * out.normal;
         }
     }
 
-    /// k = 2 times the noise that the smoothing leaves, and the bound of the 2-D compensation (A22, eq 18) where the
-    /// lean of the surface is known.
-    double uncertainty(double t) const {
-        const double lean = options_.ball_radius_mm * (1.0 / std::max(std::cos(options_.lean_rad), 0.1) - 1.0);
-        return 2.0 * smooth_.noise.sigma_mm(smooth_.curve.wrap(t)) + lean;
-    }
+    /// k = 2 times the noise that the smoothing leaves.
+    double noise_uncertainty(double t) const { return 2.0 * smooth_.noise.sigma_mm(smooth_.curve.wrap(t)); }
 
     static void set_arc_lengths(std::vector<ContourPoint>& points) {
         for (std::size_t i = 1; i < points.size(); ++i)

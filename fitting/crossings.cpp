@@ -31,6 +31,23 @@ struct Box {
     }
 };
 
+double squared_distance(const Vec2& p, const Vec2& from, const Vec2& to) {
+    const Vec2 along = to - from;
+    const double squared = along.squaredNorm();
+    const double share = squared > 0.0 ? std::clamp((p - from).dot(along) / squared, 0.0, 1.0) : 0.0;
+    return (p - from - share * along).squaredNorm();
+}
+
+/// Whether the chords are farther apart than both arcs may leave them.
+bool apart(const Stretch& a, const Stretch& b) {
+    const double turn_a = cross(a.end - a.begin, b.begin - a.begin) * cross(a.end - a.begin, b.end - a.begin);
+    const double turn_b = cross(b.end - b.begin, a.begin - b.begin) * cross(b.end - b.begin, a.end - b.begin);
+    if (turn_a <= 0.0 && turn_b <= 0.0) return false;
+    const double reach = a.reach + b.reach + rounding_mm, limit = reach * reach;
+    return squared_distance(a.begin, b.begin, b.end) > limit && squared_distance(a.end, b.begin, b.end) > limit &&
+           squared_distance(b.begin, a.begin, a.end) > limit && squared_distance(b.end, a.begin, a.end) > limit;
+}
+
 double size_of(const Stretch& s) {
     return (s.end - s.begin).norm() + s.reach;
 }
@@ -89,7 +106,7 @@ class Search {
 
     /// `touching`: b begins where a ends. `swapped`: a lies on the later stretch.
     void meet(const Stretch& a, const Stretch& b, bool touching, bool swapped, int depth) {
-        if (++visits_ > most_visits || depth > most_halvings || !Box(a).meets(Box(b))) return;
+        if (++visits_ > most_visits || depth > most_halvings || !Box(a).meets(Box(b)) || apart(a, b)) return;
         if (touching && is_simple_cusp(a, b)) return;
         if (!touching && angle_between(a, b) > a.turn + b.turn && meet_once(a, b, swapped)) return;
         const double size_a = size_of(a), size_b = size_of(b);

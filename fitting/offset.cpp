@@ -86,7 +86,7 @@ class Sampler {
             const Lanes x = a.x() + u * (b.x() + u * (c.x() + u * d.x())) + distance * nx;
             const Lanes y = a.y() + u * (b.y() + u * (c.y() + u * d.y())) + distance * ny;
             for (std::size_t k = 0; k < std::min<std::size_t>(4, count - j); ++k)
-                points_.push_back({{x[k], y[k]}, {nx[k], ny[k]}, t[k]});
+                points_.push_back({{x[k], y[k]}, {nx[k], ny[k]}, t[k], false});
         }
     }
 
@@ -119,7 +119,8 @@ Offset offset_curve(const PiecewiseCubic& source, double distance_mm, std::size_
 }
 
 LeanError lean_error(double ball_radius_mm, double lean_rad) {
-    const double cosine = std::cos(lean_rad);
+    constexpr double flattest = 0.1;
+    const double cosine = std::max(std::cos(lean_rad), flattest);
     return {ball_radius_mm * (1.0 / cosine - 1.0), ball_radius_mm * (1.0 - cosine),
             ball_radius_mm * std::sin(lean_rad)};
 }

@@ -35,7 +35,7 @@ inline Offset offset_inwards(const PiecewiseCubic& centres, double radius_mm, st
 }
 
 /// What the 2-D offset does where the surface leans by `lean_rad` to the section's normal direction (A22): the ball
-/// touches above or below the plane, and the section comes out too thick.
+/// touches above or below the plane, and the section comes out too thick. Leans above 84 degrees count as that.
 struct LeanError {
     double in_plane_mm = 0.0;  ///< r (1/cos a - 1), seed 000, eq 18
     double normal_mm = 0.0;    ///< r (1 - cos a), to the surface

@@ -172,11 +172,11 @@ Stretch ParallelCurve::part(const Stretch& stretch, double from, double to) cons
 OffsetPoint ParallelCurve::at(const Stretch& stretch, double x) const {
     if (stretch.about_corner) {
         const Vec2 normal(std::cos(x), std::sin(x));
-        return {source_.pieces()[stretch.span][0] + distance_ * normal, normal, source_.breaks()[stretch.span]};
+        return {source_.pieces()[stretch.span][0] + distance_ * normal, normal, source_.breaks()[stretch.span], true};
     }
     const Jet jet = source_.jet_in(stretch.span, x);
     const Vec2 normal = unit_normal(jet.d1);
-    return {jet.position + distance_ * normal, normal, x};
+    return {jet.position + distance_ * normal, normal, x, false};
 }
 
 Vec2 ParallelCurve::derivative(const Stretch& stretch, double x) const {

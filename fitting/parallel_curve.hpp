@@ -14,6 +14,7 @@ struct OffsetPoint {
     Vec2 position = Vec2::Zero();
     Vec2 normal = Vec2::Zero();  ///< unit, outward
     double t = 0.0;              ///< parameter on the source curve
+    bool on_arc = false;         ///< about a corner of the source
 };
 
 /// A piece of a parallel curve on which it neither stops nor turns by more than 86 degrees: over part of a piece of

@@ -57,7 +57,10 @@ struct ContourPoint {
     Eigen::Vector2d position_mm = Eigen::Vector2d::Zero();
     Eigen::Vector2d normal = Eigen::Vector2d::Zero();  ///< unit, out of the material
     Zone zone = Zone::suction;
-    double u95_mm = 0.0;         ///< expanded uncertainty (k = 2) from the residual noise
+    double u95_mm = 0.0;  ///< expanded uncertainty (k = 2) from the residual noise, and the next
+    /// A22: by how much the 2-D offset makes the part too thick here, as far as the lean of the surface is known.
+    double offset_error_mm = 0.0;
+    bool reached = true;         ///< false: the ball rests in a hollow here, and the contour shows the ball
     double arc_length_mm = 0.0;  ///< from the contour's first point
 };
 

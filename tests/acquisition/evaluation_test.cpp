@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "fitting/offset.hpp"
+#include "fitting/offset_spline.hpp"
 #include "tests/acquisition/synthetic_blade.hpp"
 
 namespace cmm::acquisition {
@@ -32,7 +34,8 @@ SectionResult judged(const Deviation& deviation, const EvaluationOptions& option
     SectionResult raw;
     raw.z_mm = 40.0;
     raw.points = synthetic::points_of(fit, 1.0, 40.0, 1, 50, 5);
-    return evaluate_section(std::move(raw), std::move(fit), synthetic::positions(section.contour()), options);
+    const auto nominal = synthetic::reference(section, 0.0);
+    return evaluate_section(std::move(raw), std::move(fit), &nominal, options);
 }
 
 TEST(Decision, HasThreeStatesWithAGuardBand) {
@@ -49,7 +52,7 @@ TEST(Evaluation, AUniformOffsetIsFoundEverywhere) {
         const auto result = judged([&](const auto&) { return offset; }, limits());
         ASSERT_EQ(result.deviation_mm.size(), result.fit->contour.size());
         for (std::size_t i = 0; i < result.deviation_mm.size(); ++i) {
-            ASSERT_NEAR(result.deviation_mm[i], offset, 0.0005) << "point " << i << " offset " << offset;
+            ASSERT_NEAR(result.deviation_mm[i].value(), offset, 0.0005) << "point " << i << " offset " << offset;
         }
         for (const auto* name : {"profile_le", "profile_suction", "profile_te", "profile_pressure"}) {
             const auto* c = result.find(name);
@@ -69,7 +72,7 @@ TEST(Evaluation, AThinEdgeIsNotComparedWithItsOtherSide) {
         if (contour[i].zone != Zone::suction || !near_te) continue;
         if ((contour[i].position_mm - result.fit->te_point_mm).norm() < 1.5) continue;  // beside the arc itself
         ++checked;
-        ASSERT_NEAR(result.deviation_mm[i], -0.6, 0.02) << "point " << i;
+        ASSERT_NEAR(result.deviation_mm[i].value(), -0.6, 0.02) << "point " << i;
     }
     EXPECT_GT(checked, 20U);
 }
@@ -96,16 +99,85 @@ TEST(Evaluation, EachZoneHasItsLimitAndItsDecision) {
 }
 
 TEST(Evaluation, LeanWidensTheUncertainty) {
-    auto options = limits();
-    options.ball_radius_mm = 1.0;
-    options.lean_rad = core::rad_from_deg(10.0);
-    const double error = 1.0 - std::cos(options.lean_rad);
-    EXPECT_NEAR(error, 0.0152, 0.0001);
-    const auto result = judged([](const auto&) { return 0.002; }, options);
+    const double lean = core::rad_from_deg(10.0), error = 1.0 / std::cos(lean) - 1.0;
+    EXPECT_NEAR(error, 0.0154, 0.0001);
+    const Shape shape;
+    const Section section(shape);
+    NominalContour leaning{40.0, synthetic::positions(section.contour()), lean, {}};
+    const auto evaluated = [&] {
+        const ReferenceContour nominal(leaning, fitting::ClosedCurve::through(leaning.points).value(), 1.0);
+        return evaluate_section({}, fit_of(section, shape, [](const auto&) { return 0.002; }), &nominal, limits());
+    };
+    const auto result = evaluated();
     EXPECT_NEAR(*result.find("profile_suction")->u95_mm, 2.0 * (0.0007 + error), nanometre);
     EXPECT_NEAR(*result.find("te_radius")->u95_mm, 0.0021 + error, nanometre);
     EXPECT_NEAR(*result.find("max_thickness")->u95_mm, std::sqrt(2.0) * 0.0007 + 2.0 * error, nanometre);
     EXPECT_NE(result.find("profile_suction")->note.find("2-D offset error"), std::string::npos);
+    // Where it is known point by point, each has its own.
+    const auto contour = section.contour();
+    for (const auto& point : contour)
+        leaning.leans_rad.push_back(point.zone == Zone::pressure ? lean : 0.0);
+    const auto sides = evaluated();
+    EXPECT_NEAR(*sides.find("profile_pressure")->u95_mm, 2.0 * (0.0007 + error), nanometre);
+    EXPECT_NEAR(*sides.find("profile_suction")->u95_mm, 2.0 * 0.0007, nanometre);
+    EXPECT_NEAR(*sides.find("te_radius")->u95_mm, 0.0021, nanometre);
+    std::size_t wrong = 0;
+    for (const auto& point : sides.fit->contour)
+        wrong += std::abs(point.offset_error_mm - (point.zone == Zone::pressure ? error : 0.0)) > nanometre ? 1 : 0;
+    EXPECT_LE(wrong, 4U) << "only where the zones meet";
+}
+
+/// A step of a millimetre in a side: the ball rests on its foot and on its wall, and only there nothing is compared.
+TEST(Evaluation, WhereTheBallDoesNotReachNothingIsCompared) {
+    const NominalContour part{
+        0.0, {{0, 0}, {20, -0.5}, {20.3, 0}, {20, 0.5}, {12, 3}, {12, 4}, {0, 4.3}, {-0.3, 2}}, 0.0, {}};
+    std::vector<fitting::PiecewiseCubic::Piece> sides;
+    std::vector<double> breaks{0.0};
+    for (std::size_t i = 0; i < part.points.size(); ++i) {
+        const Eigen::Vector2d side = part.points[(i + 1) % part.points.size()] - part.points[i];
+        sides.push_back({part.points[i], side.normalized(), Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()});
+        breaks.push_back(breaks.back() + side.norm());
+    }
+    const fitting::PiecewiseCubic outline(breaks, sides, true);
+    const double r = 0.4, thicker = 0.005;
+    const ReferenceContour nominal(part, fitting::ClosedCurve(outline), r);
+    ASSERT_EQ(nominal.hollows().size(), 1U);
+    const auto& hollow = nominal.hollows()[0];
+    EXPECT_NEAR(hollow.centre.x(), 12.0 + r, 1e-9);
+
+    // Measured: what the ball touches of a part that is 5 um thicker everywhere.
+    fitting::SectionFit fit;
+    fit.closed = true;
+    const auto centres = fitting::offset_spline(outline, r + thicker, 1e-6).curve;
+    std::size_t in_hollow = 0;
+    for (const auto& p : fitting::offset_inwards(centres, r, 6000).points) {
+        fitting::ContourPoint point;
+        point.position_mm = p.position;
+        point.normal = p.normal;
+        const double x = p.position.x();
+        point.zone = x > 19.5 ? Zone::te : x < 0.2 ? Zone::le : p.position.y() > 1.0 ? Zone::suction : Zone::pressure;
+        in_hollow += hollow.bridges(point.position_mm, point.normal) ? 1 : 0;
+        fit.contour.push_back(point);
+    }
+    EXPECT_GT(in_hollow, 20U);
+    const auto result = evaluate_section({}, fit, &nominal, limits());
+    EXPECT_EQ(result.not_reached(), in_hollow);
+    for (std::size_t i = 0; i < fit.contour.size(); ++i) {
+        const auto& at = fit.contour[i].position_mm;
+        const bool beside_a_rim = std::any_of(part.points.begin(), part.points.end(),
+                                              [&](const auto& rim) { return (rim - at).norm() < 0.02; });
+        const double d = result.deviation_mm[i].value_or(thicker);
+        EXPECT_NEAR(d, thicker, beside_a_rim ? 1e-3 : 2e-6) << at.transpose();
+    }
+    EXPECT_NEAR(*result.find("profile_suction")->value_mm, 2.0 * thicker, 1e-5);
+    EXPECT_NE(result.find("profile_suction")->note.find("the ball does not reach"), std::string::npos);
+    EXPECT_EQ(result.find("profile_pressure")->note.find("the ball does not reach"), std::string::npos);
+    // Where the fit itself knows that the ball rests in a hollow nothing is compared either.
+    for (auto& point : fit.contour)
+        point.reached = point.zone != Zone::suction;
+    const auto bridged = evaluate_section({}, fit, &nominal, limits());
+    EXPECT_EQ(bridged.find("profile_suction")->decision, Decision::not_evaluable);
+    EXPECT_EQ(bridged.find("profile_pressure")->decision, Decision::accept);
 }
 
 TEST(Evaluation, WithoutANominalThereIsNothingToJudge) {
@@ -113,7 +185,7 @@ TEST(Evaluation, WithoutANominalThereIsNothingToJudge) {
     auto fit = fit_of(Section(shape), shape, [](const auto&) { return 0.0; });
     fit.te.valid = false;
     fit.te.why = "arc of 40 deg is too short";
-    const auto result = evaluate_section({}, std::move(fit), {}, limits());
+    const auto result = evaluate_section({}, std::move(fit), nullptr, limits());
     EXPECT_EQ(result.find("profile_le"), nullptr);
     EXPECT_EQ(result.find("te_radius")->decision, Decision::not_evaluable);
     EXPECT_EQ(result.find("te_radius")->note, "arc of 40 deg is too short");
@@ -126,9 +198,9 @@ TEST(Evaluation, WithoutANominalThereIsNothingToJudge) {
 }
 
 TEST(Evaluation, AnOpenSectionIsNotEvaluable) {
-    const auto nominal = synthetic::positions(Section(Shape{}).contour());
+    const auto nominal = synthetic::reference(Section(Shape{}), 0.0);
     const auto failed =
-        evaluate_section({}, core::fail(core::ErrorCode::fit_not_evaluable, "gap of 3.000 mm"), nominal, limits());
+        evaluate_section({}, core::fail(core::ErrorCode::fit_not_evaluable, "gap of 3.000 mm"), &nominal, limits());
     EXPECT_EQ(failed.why, "gap of 3.000 mm");
     ASSERT_EQ(failed.characteristics.size(), 8U);
     for (const auto& c : failed.characteristics) {
@@ -137,14 +209,14 @@ TEST(Evaluation, AnOpenSectionIsNotEvaluable) {
         EXPECT_FALSE(c.value_mm);
     }
     EXPECT_EQ(failed.decision(), Decision::undecided);
-    EXPECT_EQ(evaluate_section({}, fitting::SectionFit{}, nominal, limits()).decision(), Decision::undecided);
+    EXPECT_EQ(evaluate_section({}, fitting::SectionFit{}, &nominal, limits()).decision(), Decision::undecided);
 }
 
 TEST(Verdict, TheWorstDecisionWinsAndSaysWhy) {
     auto good = judged([](const auto&) { return 0.002; }, limits());
     auto bad = judged([](const auto& p) { return p.zone == Zone::pressure ? 0.106 : 0.002; }, limits());
     bad.index = 3;
-    const auto open = evaluate_section({}, core::fail(core::ErrorCode::fit_not_evaluable, "open"), {}, limits());
+    const auto open = evaluate_section({}, core::fail(core::ErrorCode::fit_not_evaluable, "open"), nullptr, limits());
     PartResult part;
     EXPECT_EQ(part.verdict(), Decision::undecided);
     part.sections = {good};

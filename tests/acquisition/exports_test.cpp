@@ -31,9 +31,8 @@ SectionResult section_at(std::size_t index, double thicker_mm, bool with_nominal
     EvaluationOptions options;
     options.profile_mm = 0.10;
     options.edge_profile_mm = 0.06;
-    options.ball_radius_mm = 1.0;
-    const auto nominal = with_nominal ? synthetic::positions(blade.contour()) : std::vector<Eigen::Vector2d>{};
-    return evaluate_section(std::move(raw), std::move(fit), nominal, options);
+    const auto nominal = synthetic::reference(blade, 1.0);
+    return evaluate_section(std::move(raw), std::move(fit), with_nominal ? &nominal : nullptr, options);
 }
 
 PartResult part_of(std::vector<SectionResult> sections) {
@@ -52,14 +51,14 @@ PartResult part_of(std::vector<SectionResult> sections) {
 
 SectionResult open_section(std::size_t index) {
     auto good = section_at(index, 0.0);
-    const auto nominal = good.nominal_contour;
+    const auto nominal = synthetic::reference(synthetic::Section({}), 1.0);
     SectionResult raw;
     raw.index = index;
     raw.z_mm = good.z_mm;
     raw.points = std::move(good.points);
     EvaluationOptions options;
     options.profile_mm = 0.10;
-    return evaluate_section(std::move(raw), core::fail(core::ErrorCode::fit_not_evaluable, "gap of 3.2 mm"), nominal,
+    return evaluate_section(std::move(raw), core::fail(core::ErrorCode::fit_not_evaluable, "gap of 3.2 mm"), &nominal,
                             options);
 }
 
@@ -100,7 +99,7 @@ TEST(SectionCsv, IsTheContourOfTheContract) {
         ASSERT_NEAR(std::hypot(number(i, 3), number(i, 4)), 1.0, 1e-8);
         ASSERT_EQ(number(i, 5), 0.0);
         ASSERT_EQ(number(i, 2), 10.0);
-        ASSERT_NEAR(number(i, 7), section.deviation_mm[i - 1], 1e-6);
+        ASSERT_NEAR(number(i, 7), section.deviation_mm[i - 1].value(), 1e-6);
     }
     EXPECT_GT(doubled_area, 100.0) << "counter-clockwise";
     EXPECT_EQ(zones, (std::set<std::string_view>{"le", "suction", "te", "pressure"}));

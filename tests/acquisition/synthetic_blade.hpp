@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/reference_contour.hpp"
 #include "acquisition/section_result.hpp"
 #include "core/rng.hpp"
 #include "core/units.hpp"
@@ -118,6 +119,12 @@ inline std::vector<Vector2d> positions(const std::vector<ContourPoint>& contour)
     for (const auto& point : contour)
         points.push_back(point.position_mm);
     return points;
+}
+
+/// The section as a nominal for a ball of that radius; it stands upright.
+inline ReferenceContour reference(const Section& section, double ball_radius_mm) {
+    const NominalContour contour{0.0, positions(section.contour()), 0.0, {}};
+    return {contour, fitting::ClosedCurve::through(contour.points).value(), ball_radius_mm};
 }
 
 /// A fit whose contour is the section moved along its normals by `deviation(point)`.

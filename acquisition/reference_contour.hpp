@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "acquisition/nominal.hpp"
+#include "fitting/closed_curve.hpp"
+#include "fitting/hollows.hpp"
+#include "fitting/section.hpp"
+
+namespace cmm::acquisition {
+
+/// A nominal contour as a measured one can be compared with it: reduced to what the ball can touch, and with the lean
+/// of the surface. In its hollows (concave corners and steps sharper than the ball) nothing is compared. Made once per
+/// section, with all that does not depend on the measurement; immutable, any thread; part frame, mm.
+class ReferenceContour {
+  public:
+    ReferenceContour(const NominalContour& contour, fitting::ClosedCurve curve, double ball_radius_mm);
+
+    const std::vector<Eigen::Vector2d>& points() const { return points_; }
+    const std::vector<fitting::Hollow>& hollows() const { return hollows_; }
+
+    /// Signed distance of each contour point along the normal of the nominal (positive: too much material), foot on the
+    /// side whose outward normal agrees with the point's, so that a thin edge is never compared with its other side.
+    /// Empty where the ball does not reach the nominal, or rests in a hollow of the part. Writes into each point what
+    /// the 2-D offset makes too thick there (A22, by the nominal's lean) and adds it to the point's uncertainty: its
+    /// sign is known, but it is not corrected.
+    std::vector<std::optional<double>> compare(std::span<fitting::ContourPoint> contour) const;
+
+  private:
+    struct Station {
+        Eigen::Vector2d position, normal;
+        double offset_error_mm;
+        bool reached;
+    };
+    class Walk;
+
+    double station_mm(std::size_t i) const;
+    Eigen::Vector2d normal_at(const fitting::ClosestPoint& foot, const Eigen::Vector2d& point) const;
+
+    std::vector<Eigen::Vector2d> points_;
+    fitting::ClosedCurve curve_;
+    std::vector<fitting::Hollow> hollows_;
+    std::vector<Station> stations_;
+};
+
+}  // namespace cmm::acquisition
