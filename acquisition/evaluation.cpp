@@ -8,6 +8,7 @@
 
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "fitting/statistics.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -15,6 +16,8 @@ namespace {
 using Eigen::Vector2d;
 using fitting::ContourPoint;
 using fitting::Zone;
+
+constexpr double guard_share = 1.65 / 2.0;  // ISO 14253-1:2017: 95 % one-sided of a normal distribution over k = 2
 
 struct ProfileZone {
     Zone zone;
@@ -48,6 +51,16 @@ std::optional<double> limit_of(const ProfileZone& zone, const EvaluationOptions&
     return zone.edge ? options.edge_profile_mm : options.profile_mm;
 }
 
+/// Of a deviation that is the largest of a zone: found among as many places as there are independent values of the
+/// noise, about one for three points, in each of four zones. The offset error is there for certain, so the guard band
+/// has to hold all of it.
+double u95_of_worst(const ContourPoint& worst, const SectionResult& section) {
+    constexpr double points_of_a_value = 12.0;
+    const auto used = static_cast<double>(section.points.size() - section.rejected());
+    const double k = std::max(2.0, fitting::coverage_95_of_largest(std::max(1.0, used / points_of_a_value)));
+    return 0.5 * k * (worst.u95_mm - worst.offset_error_mm) + worst.offset_error_mm / guard_share;
+}
+
 Characteristic profile(const ProfileZone& zone, const SectionResult& section, const EvaluationOptions& options) {
     const auto limit = limit_of(zone, options);
     const auto& contour = section.fit->contour;
@@ -64,9 +77,13 @@ Characteristic profile(const ProfileZone& zone, const SectionResult& section, co
     if (points == 0) return not_evaluable(zone.name, profile_method, limit, "the contour has no such zone");
     if (!worst) return not_evaluable(zone.name, profile_method, limit, not_reached);
     const double deviation = *section.deviation_mm[*worst];
-    Characteristic c{
-        zone.name, profile_method, 2.0 * std::abs(deviation), 2.0 * contour[*worst].u95_mm, limit, Decision::reported,
-        {}};
+    Characteristic c{zone.name,
+                     profile_method,
+                     2.0 * std::abs(deviation),
+                     2.0 * u95_of_worst(contour[*worst], section),
+                     limit,
+                     Decision::reported,
+                     {}};
     const auto& at = contour[*worst].position_mm;
     c.note = "worst d " + std::string(deviation > 0 ? "+" : "") + core::length_text(deviation) + " at x " +
              core::fixed(at.x(), 3) + " mm, y " + core::fixed(at.y(), 3) + " mm";
@@ -144,9 +161,7 @@ void take_fit(SectionResult& section, core::Result<fitting::SectionFit> fit) {
 }  // namespace
 
 double guard_band_mm(double u95_mm) {
-    constexpr double one_sided_95 = 1.65;  // ISO 14253-1:2017, normal distribution
-    constexpr double coverage = 2.0;
-    return one_sided_95 / coverage * u95_mm;
+    return guard_share * u95_mm;
 }
 
 Decision decide(double value_mm, double u95_mm, double limit_mm) {

@@ -37,6 +37,20 @@ double coverage_95(double freedom) {
     return std::sqrt(n * std::expm1(a * y * y));
 }
 
+double coverage_95_of_largest(double count) {
+    const double tails = -std::expm1(std::log(0.95) / count);
+    double k = normal_975;
+    // Newton's method on the logarithm of the tails, which is nearly a parabola.
+    for (int step = 0; step < 20; ++step) {
+        const double here = std::erfc(k / std::numbers::sqrt2);
+        const double slope = -std::sqrt(2.0 / std::numbers::pi) * std::exp(-0.5 * k * k) / here;
+        const double move = std::log(tails / here) / slope;
+        k += move;
+        if (std::abs(move) < 1e-12) break;
+    }
+    return k;
+}
+
 double chi_square_limit(double freedom, double z) {
     const double a = 2.0 / (9.0 * freedom), root = 1.0 - a + z * std::sqrt(a);
     return freedom * root * root * root;

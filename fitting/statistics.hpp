@@ -13,6 +13,10 @@ struct Noise {
 /// more, infinity allowed): Student's t by Hill 1970, CACM algorithm 396.
 double coverage_95(double freedom);
 
+/// What the largest magnitude of `count` (1 or more) independent standard normal numbers stays below with probability
+/// 0.95 (Sidak 1967): 1.96 for one, 3.16 for 32.
+double coverage_95_of_largest(double count);
+
 /// The value that a chi-square with `freedom` degrees of freedom exceeds with the probability of the standard normal
 /// deviate `z`: Wilson and Hilferty 1931, within 1 % at 0.1 % from 10 degrees of freedom on.
 double chi_square_limit(double freedom, double z);

@@ -91,7 +91,8 @@ TEST(Evaluation, EachZoneHasItsLimitAndItsDecision) {
     EXPECT_EQ(*result.find("profile_suction")->limit_mm, 0.10);
     EXPECT_EQ(result.find("profile_te")->decision, Decision::undecided);
     EXPECT_EQ(*result.find("profile_te")->limit_mm, 0.06);
-    EXPECT_NEAR(*result.find("profile_te")->u95_mm, 0.0024, nanometre);
+    // The worst place of a zone is the largest of some 392/12 values of the noise: 3.17 standard deviations.
+    EXPECT_NEAR(*result.find("profile_te")->u95_mm, 3.17 * 0.0012, 0.01 * 0.0012);
     EXPECT_EQ(result.find("le_radius")->decision, Decision::reported);
     EXPECT_NEAR(*result.find("le_radius")->value_mm, 0.4, nanometre);
     EXPECT_EQ(result.decision(), Decision::reject);
@@ -109,7 +110,7 @@ TEST(Evaluation, LeanWidensTheUncertainty) {
         return evaluate_section({}, fit_of(section, shape, [](const auto&) { return 0.002; }), &nominal, limits());
     };
     const auto result = evaluated();
-    EXPECT_NEAR(*result.find("profile_suction")->u95_mm, 2.0 * (0.0007 + error), nanometre);
+    EXPECT_NEAR(*result.find("profile_suction")->u95_mm, 2.0 * (0.0007 + error / 0.825), nanometre);
     EXPECT_NEAR(*result.find("te_radius")->u95_mm, 0.0021 + error, nanometre);
     EXPECT_NEAR(*result.find("max_thickness")->u95_mm, std::sqrt(2.0) * 0.0007 + 2.0 * error, nanometre);
     EXPECT_NE(result.find("profile_suction")->note.find("2-D offset error"), std::string::npos);
@@ -118,7 +119,7 @@ TEST(Evaluation, LeanWidensTheUncertainty) {
     for (const auto& point : contour)
         leaning.leans_rad.push_back(point.zone == Zone::pressure ? lean : 0.0);
     const auto sides = evaluated();
-    EXPECT_NEAR(*sides.find("profile_pressure")->u95_mm, 2.0 * (0.0007 + error), nanometre);
+    EXPECT_NEAR(*sides.find("profile_pressure")->u95_mm, 2.0 * (0.0007 + error / 0.825), nanometre);
     EXPECT_NEAR(*sides.find("profile_suction")->u95_mm, 2.0 * 0.0007, nanometre);
     EXPECT_NEAR(*sides.find("te_radius")->u95_mm, 0.0021, nanometre);
     std::size_t wrong = 0;
@@ -233,7 +234,7 @@ TEST(Verdict, TheWorstDecisionWinsAndSaysWhy) {
     EXPECT_EQ(part.verdict(), Decision::reject);
     const auto reasons = verdict_reasons(part);
     ASSERT_EQ(reasons.size(), 2U);
-    EXPECT_EQ(reasons[0], "section 3 (z 40.0): profile_pressure 0.212 mm +- 0.001 mm > 0.100 mm");
+    EXPECT_EQ(reasons[0], "section 3 (z 40.0): profile_pressure 0.212 mm +- 0.002 mm > 0.100 mm");
     EXPECT_EQ(reasons[1], "section 0 (z 0.0): open");
 }
 

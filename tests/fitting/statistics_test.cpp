@@ -3,9 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
+
+#include "core/rng.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -50,6 +53,21 @@ TEST(Statistics, NoiseIsPooledUnlessTheResidualsAreTooLarge) {
     // The 0.1 % point of F(40, 60) is 2.41 (published tables).
     EXPECT_EQ(combined_noise(40.0 * 2.37, 40.0, {1.0, 60.0}).freedom, 100.0);
     EXPECT_EQ(combined_noise(40.0 * 2.46, 40.0, {1.0, 60.0}).freedom, 40.0);
+}
+
+TEST(Statistics, TheLargestOfManyIsCoveredByMore) {
+    EXPECT_NEAR(coverage_95_of_largest(1), 1.959964, 1e-6);
+    EXPECT_NEAR(coverage_95_of_largest(2), 2.236477, 1e-6);  // Sidak's t table, infinite degrees of freedom
+    EXPECT_NEAR(coverage_95_of_largest(10), 2.799625, 1e-6);
+    core::Rng rng(3);
+    int inside = 0;
+    for (int trial = 0; trial < 4000; ++trial) {
+        double largest = 0.0;
+        for (int i = 0; i < 32; ++i)
+            largest = std::max(largest, std::abs(rng.normal()));
+        inside += largest < coverage_95_of_largest(32) ? 1 : 0;
+    }
+    EXPECT_NEAR(inside / 4000.0, 0.95, 0.012);
 }
 
 }  // namespace
