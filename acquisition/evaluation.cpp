@@ -94,7 +94,7 @@ Characteristic profile(const ProfileZone& zone, const SectionResult& section, co
     return c;
 }
 
-Characteristic edge_radius(const char* name, const fitting::EdgeArc& arc, double error) {
+Characteristic edge_radius(const char* name, const fitting::EdgeFit& arc, double error) {
     if (!arc.valid) return not_evaluable(name, radius_method, {}, arc.why.empty() ? "no circular edge" : arc.why);
     return reported(name, radius_method, arc.radius_mm, arc.radius_u95_mm + error,
                     "arc of " + core::fixed(core::deg_from_rad(arc.arc_angle_rad), 0) + " deg, rms " +

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/text.hpp"
-#include "fitting/circle.hpp"
+#include "fitting/edge_fit.hpp"
 #include "fitting/edges.hpp"
 #include "fitting/join.hpp"
 #include "fitting/offset.hpp"
@@ -19,10 +19,7 @@ namespace {
 
 using core::ErrorCode;
 
-constexpr double arc_core_share = 0.7;     // middle part of an edge zone that is tried as a circle
-constexpr double circular_mm = 0.5e-3;     // deviation from a circle that needs no noise to excuse it
-constexpr double roughly_circular = 0.05;  // rms over radius above which a radius means nothing
-constexpr double turn_share = 0.25;        // of the contour points that are spread by turning, the rest by length
+constexpr double turn_share = 0.25;  // of the contour points that are spread by turning, the rest by length
 
 class ContourBuilder {
   public:
@@ -36,12 +33,13 @@ class ContourBuilder {
         auto part = offset_inwards(smooth_.curve, r, dense).points;
         auto edges = find_edges(part, options_.le_hint, options_.te_hint);
         if (!edges) return tl::unexpected(edges.error());
-        std::vector<ArcPatch> patches;
-        fit_.le = fit_arc(edges->le, part, patches);
-        fit_.te = fit_arc(edges->te, part, patches);
+        std::vector<EdgePatch> patches;
+        const EdgeFitter fitter({smooth_, good_, part, r, noise()});
+        fit_.le = take(fitter.run(edges->le, edges->te, options_.le_model), patches);
+        fit_.te = take(fitter.run(edges->te, edges->le, options_.te_model), patches);
         if (!patches.empty()) {
             const Vec2 le = part[edges->le.nose].position, te = part[edges->te.nose].position;
-            part = offset_inwards(join_arcs(smooth_.curve, patches), r, dense).points;
+            part = offset_inwards(join_edges(smooth_.curve, patches), r, dense).points;
             edges = find_edges(part, le, te);
             if (!edges) return tl::unexpected(edges.error());
         }
@@ -50,63 +48,12 @@ class ContourBuilder {
     }
 
   private:
-    EdgeArc fit_arc(const EdgeRegion& region, const std::vector<OffsetPoint>& part,
-                    std::vector<ArcPatch>& patches) const {
-        const double period = smooth_.curve.period();
-        const double begin = part[region.begin].t;
-        double end = part[region.end].t;
-        if (end < begin) end += period;
-        const double trim = 0.5 * (1.0 - arc_core_share) * (end - begin);
-        ArcPatch patch;
-        patch.from = begin + trim;
-        patch.to = end - trim;
-        std::vector<Vec2> points;
-        for (std::size_t i = 0; i < good_.size(); ++i) {
-            const double t = smooth_.parameter[i], inside = t < patch.from ? t + period : t;
-            if (inside >= patch.from && inside <= patch.to) points.push_back(good_[i]);
-        }
-        EdgeArc arc;
-        const auto circle = fit_circle(points, noise());
-        if (!circle) {
-            arc.why = circle.error().message;
-            return arc;
-        }
-        patch.circle = *circle;
-        judge_arc(patch, arc);
-        if (arc.used_in_contour) patches.push_back(patch);
-        return arc;
+    static EdgeFit take(EdgeOutcome outcome, std::vector<EdgePatch>& patches) {
+        if (outcome.patch) patches.push_back(*outcome.patch);
+        return std::move(outcome.fit);
     }
 
-    Noise noise() const {
-        return {fit_.noise_sigma_mm, static_cast<double>(good_.size()) - static_cast<double>(smooth_.curve.spans())};
-    }
-
-    void judge_arc(const ArcPatch& patch, EdgeArc& arc) const {
-        const Circle& circle = patch.circle;
-        const double noise = std::max(fit_.noise_sigma_mm, circular_mm);
-        arc.centre_mm = circle.centre;
-        arc.radius_mm = circle.radius - options_.ball_radius_mm;
-        arc.radius_u95_mm = circle.radius_u95;
-        arc.arc_angle_rad = circle.arc_angle;
-        arc.rms_mm = circle.rms;
-        if (arc.radius_mm <= arc.radius_u95_mm) {
-            arc.why = "sharp: the radius is not above its uncertainty of " + core::length_text(arc.radius_u95_mm);
-            return;
-        }
-        if (circle.rms > std::max(3.0 * noise, roughly_circular * arc.radius_mm)) {
-            arc.why = "not circular: the points leave the circle by " + core::length_text(circle.rms) + " rms";
-            return;
-        }
-        arc.valid = true;
-        // The arc replaces the free form only where neither the points nor the curve can tell them apart.
-        double farthest = 0.0;
-        for (int k = 0; k <= 32; ++k) {
-            const Vec2 p = smooth_.curve.jet(patch.from + (patch.to - patch.from) * k / 32.0).position;
-            farthest = std::max(farthest, std::abs((p - circle.centre).norm() - circle.radius));
-        }
-        arc.used_in_contour = circle.rms <= 1.3 * noise && farthest <= 2.5 * noise;
-        if (!arc.used_in_contour) arc.why = "free form: the points are not on a circle to within their noise";
-    }
+    Noise noise() const { return {smooth_.sigma_mm, static_cast<double>(good_.size()) - smooth_.freedom}; }
 
     void publish(const std::vector<OffsetPoint>& part, const BladeEdges& edges) {
         const auto zones = zones_of(edges, part.size());

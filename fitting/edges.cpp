@@ -103,6 +103,7 @@ EdgeRegion region_of(const Track& track, const Window& window) {
 
     region.begin = begin % track.n;
     region.end = end % track.n;
+    region.middle = middle % track.n;
     region.nose = nose % track.n;
     return region;
 }

@@ -1,23 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
+#include <optional>
 #include <span>
 
-#include "fitting/circle.hpp"
+#include "fitting/edge_model.hpp"
 #include "fitting/spline.hpp"
 
 namespace cmm::fitting {
 
-/// An arc that replaces the curve between two parameters (to > from; may pass the period's end).
-struct ArcPatch {
-    Circle circle;
-    double from = 0.0, to = 0.0;
+/// The way from an edge's model to the free-form curve of a side: y = polynomial of degree five or less in x, in the
+/// frame of the joint (x along the side, y outwards). It leaves the model with its tangent and reaches the free form
+/// with its tangent and curvature; the curvature on its way out of the joint is the side's, from the points.
+struct Bridge {
+    double t_joint = 0.0, t_free = 0.0;  ///< on the free-form curve, t_joint the nearer to the nose
+    Vec2 joint = Vec2::Zero(), along = Vec2::UnitX(), outward = Vec2::UnitY();
+    double length_mm = 0.0;
+    std::array<double, 5> y{};  ///< of (x/length)^2 ... (x/length)^6
+
+    Vec2 place(const Vec2& p) const;
 };
 
-/// Joins edge arcs and sides into one closed C2 curve (seed 000, A21). Where the paper bridges the gap or overlap with
-/// a tangent and 3-4 inserted points, the points inserted here run from the curve over to the arc with a quintic weight
-/// in a quarter of the patch at either end, so that a join always exists; the cubic spline through all of them is the
-/// result. The curve outside the patches is reproduced exactly, and the parameter stays the same.
-PiecewiseCubic join_arcs(const PiecewiseCubic& curve, std::span<const ArcPatch> patches);
+/// A model that replaces the free form about a nose, with a bridge to either side. Of the curve of ball centres.
+struct EdgePatch {
+    EdgeShape shape;
+    double ball_mm = 0.0;
+    Bridge before, after;  ///< before.t_free < before.t_joint < after.t_joint < after.t_free; may pass the period's end
+};
+
+/// Places both joints of a model where the points want them and builds the bridges (seed 000, A21: where the paper
+/// meets the side with the arc's tangent and inserted points, the joint here is the place on the model from which the
+/// least squares of points and bridge are smallest, so that it always exists). `t` are the parameters of the edge's
+/// points on the curve, ascending. Nothing where there is no room.
+std::optional<EdgePatch> make_patch(const PiecewiseCubic& curve, const EdgePoints& edge, std::span<const double> t,
+                                    const ModelTrial& trial);
+
+/// Replaces the curve inside the patches: the cubic spline through points of model, bridges and free form, C2. Outside
+/// the patches the curve is kept, the parameter everywhere.
+PiecewiseCubic join_edges(const PiecewiseCubic& curve, std::span<const EdgePatch> patches);
 
 }  // namespace cmm::fitting

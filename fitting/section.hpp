@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "fitting/edge_kind.hpp"
 
 /// One section of a blade from ball centres in a plane z = const (seed 000, A1-A26; docs/theory.md).
 /// Pure functions: no I/O, no threads, no clock. Millimetres, part frame, plane coordinates x and y.
@@ -30,6 +31,7 @@ struct SectionOptions {
     std::optional<Eigen::Vector2d>
         le_hint;  ///< a point near the LE (from the nominal); otherwise the larger edge radius is LE
     std::optional<Eigen::Vector2d> te_hint;
+    std::optional<EdgeModel> le_model, te_model;  ///< asked for; otherwise the points choose
     /// A22: angle of the surface to the section normal plane where it is known (one per contour is enough for the
     /// bound).
     double lean_rad = 0.0;
@@ -41,16 +43,34 @@ struct PointVerdict {
     double residual_mm = 0.0;  ///< signed along the outward normal of the ball-centre curve
 };
 
-/// The arc of one edge on the part (A10-A14): Kasa start, orthogonal-distance result.
-struct EdgeArc {
-    bool valid = false;  ///< false: `why` says it (short arc, too few points, not circular)
-    std::string why;
-    Eigen::Vector2d centre_mm = Eigen::Vector2d::Zero();
-    double radius_mm = 0.0;  ///< of the part: arc of the ball centres less the ball radius
-    double radius_u95_mm = 0.0;
-    double arc_angle_rad = 0.0;
+/// A number of an edge's model; the unit is in the name.
+struct EdgeParameter {
+    std::string_view name;
+    double value = 0.0;
+    double u95 = 0.0;
+};
+
+/// What speaks for a model and against it.
+struct EdgeEvidence {
+    EdgeModel model = EdgeModel::free;
     double rms_mm = 0.0;
-    bool used_in_contour = false;  ///< false: the edge is free form because the points are not on a circle
+    double gain = 0.0;  ///< Bayesian information criterion of the free form less the model's; from 6 on strong
+    std::string why;    ///< not empty: the points refuse it
+};
+
+/// One edge of the part (A10-A14): the model that its points support, by orthogonal distances.
+struct EdgeFit {
+    bool valid = false;  ///< there is a radius; false: `why` says why not (short arc, too few points, not round)
+    std::string why;
+    EdgeModel model = EdgeModel::free;
+    std::vector<EdgeParameter> parameters;                ///< of the model
+    std::vector<EdgeEvidence> evidence;                   ///< of each model that was tried
+    Eigen::Vector2d centre_mm = Eigen::Vector2d::Zero();  ///< of curvature at the nose
+    double radius_mm = 0.0;  ///< of the part: of the arc, of curvature at the nose of the others; free: mean circle
+    double radius_u95_mm = 0.0;
+    double arc_angle_rad = 0.0;  ///< by which the points turn that the model explains
+    double rms_mm = 0.0;
+    bool used_in_contour = false;  ///< false: the contour's edge is free form
 };
 
 struct ContourPoint {
@@ -69,7 +89,7 @@ struct SectionFit {
     std::vector<PointVerdict> verdicts;  ///< one per input point, in input order
     std::size_t rejected = 0;
     double noise_sigma_mm = 0.0;  ///< estimated standard deviation of the accepted points about the fit
-    EdgeArc le, te;
+    EdgeFit le, te;
     Eigen::Vector2d le_point_mm = Eigen::Vector2d::Zero();  ///< nose point of the part contour
     Eigen::Vector2d te_point_mm = Eigen::Vector2d::Zero();
     double chord_mm = 0.0;                   ///< method NOSETAIL: |TE - LE| between the nose points

@@ -140,7 +140,7 @@ fitting::SectionFit fit_of(const Section& section, const Shape& shape, const Dev
         point.position_mm += deviation(point) * point.normal;
     }
     const auto arc = [](const Vector2d& centre, double radius) {
-        fitting::EdgeArc edge;
+        fitting::EdgeFit edge;
         edge.valid = true;
         edge.centre_mm = centre;
         edge.radius_mm = radius;

@@ -1,0 +1,221 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/edge_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "core/text.hpp"
+#include "fitting/circle.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+constexpr double around_share = 1.75;         // of the edge zone's length, to either side of its middle
+constexpr std::ptrdiff_t points_beyond = 24;  // of the sides, for the bridges
+constexpr double nearest_share = 0.45;        // of the way to the other edge
+constexpr double arc_core_share = 0.7;        // middle part of an edge zone that gives a mean circle
+constexpr double roughly_circular = 0.05;     // rms over radius above which a radius means nothing
+constexpr double circular_mm = 0.5e-3;        // deviation from a circle that needs no noise to excuse it
+constexpr double strong_evidence = 6.0;  // Kass and Raftery 1995: what replaces the free form must be surer than a name
+constexpr double least_noise_mm = 1e-4;  // below it the free form is as near to the points as any model
+constexpr double shortest_arc_rad = std::numbers::pi / 3.0;
+
+double u95(const ModelTrial& trial, const Eigen::VectorXd& slopes) {
+    return coverage_95(trial.noise.freedom) * std::sqrt(std::max(0.0, slopes.dot(trial.covariance * slopes)));
+}
+
+/// Names the shape's parameters and its curvature at the nose.
+struct Describer {
+    const ModelTrial& trial;
+    Vec2 nose;  // normal
+    EdgeFit& fit;
+
+    void operator()(const std::monostate&) const {}
+
+    void operator()(const ArcShape& s) const {
+        set_radius(s.values()[2], s.values().head<2>(), Eigen::Vector3d::UnitZ());
+        fit.parameters = {{"radius_mm", fit.radius_mm, fit.radius_u95_mm}};
+    }
+
+    void operator()(const EllipseShape& s) const {
+        const auto& v = s.values();
+        set_vertex(v.head<2>(), v[2], v[3], Eigen::VectorXd::Unit(5, 3));
+        Eigen::VectorXd along = Eigen::VectorXd::Zero(5), across = along;
+        along[3] = 1.0 / v[4];
+        along[4] = -v[3] / (v[4] * v[4]);
+        across[3] = 1.0 / std::sqrt(v[4]);
+        across[4] = -0.5 * v[3] / std::pow(v[4], 1.5);
+        fit.parameters = {{"semi_axis_along_mm", s.semi_axis_along(), u95(trial, along)},
+                          {"semi_axis_across_mm", s.semi_axis_across(), u95(trial, across)},
+                          {"direction_rad", v[2], u95(trial, Eigen::VectorXd::Unit(5, 2))}};
+    }
+
+    void operator()(const ParabolaShape& s) const {
+        const auto& v = s.values();
+        set_vertex(v.head<2>(), v[2], v[3], Eigen::VectorXd::Unit(4, 3));
+        fit.parameters = {{"nose_radius_mm", v[3], fit.radius_u95_mm},
+                          {"direction_rad", v[2], u95(trial, Eigen::VectorXd::Unit(4, 2))}};
+    }
+
+    void operator()(const DoubleArcShape& s) const {
+        const auto& v = s.values();
+        const bool second = cross(Vec2(std::cos(v[4]), std::sin(v[4])), nose) > 0.0;
+        set_radius(second ? v[3] : v[2], second ? s.second_centre() : Vec2(v.head<2>()),
+                   Eigen::VectorXd::Unit(5, second ? 3 : 2));
+        fit.parameters = {{"first_radius_mm", v[2], u95(trial, Eigen::VectorXd::Unit(5, 2))},
+                          {"second_radius_mm", v[3], u95(trial, Eigen::VectorXd::Unit(5, 3))},
+                          {"direction_rad", v[4], u95(trial, Eigen::VectorXd::Unit(5, 4))}};
+    }
+
+  private:
+    void set_radius(double radius, const Vec2& centre, const Eigen::VectorXd& slopes) const {
+        fit.radius_mm = radius;
+        fit.centre_mm = centre;
+        fit.radius_u95_mm = u95(trial, slopes);
+    }
+    void set_vertex(const Vec2& vertex, double direction, double radius, const Eigen::VectorXd& slopes) const {
+        set_radius(radius, vertex - radius * Vec2(std::cos(direction), std::sin(direction)), slopes);
+    }
+};
+
+void judge_radius(EdgeFit& fit) {
+    if (fit.radius_mm <= fit.radius_u95_mm)
+        fit.why = "sharp: the radius is not above its uncertainty of " + core::length_text(fit.radius_u95_mm);
+    else if (fit.arc_angle_rad < shortest_arc_rad)
+        fit.why = "an arc of " + core::fixed(fit.arc_angle_rad * 180.0 / std::numbers::pi, 0) +
+                  " degrees is too short for a radius (60 degrees)";
+    else
+        fit.valid = true;
+}
+
+}  // namespace
+
+EdgeFitter::EdgeFitter(const EdgeSource& source) : source_(source), order_(source.points.size()) {
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    const std::vector<double>& t = source.smooth.parameter;
+    const auto before = [&](std::size_t a, std::size_t b) { return t[a] < t[b]; };
+    if (!std::is_sorted(order_.begin(), order_.end(), before)) std::sort(order_.begin(), order_.end(), before);
+}
+
+EdgeFitter::Gathered EdgeFitter::gather(const EdgeRegion& region, const EdgeRegion& other) const {
+    const PiecewiseCubic& curve = source_.smooth.curve;
+    const double period = curve.period();
+    const auto ahead = [&](double from, double to) {
+        const double way = std::fmod(to - from, period);
+        return way < 0.0 ? way + period : way;
+    };
+    const auto t_at = [&](std::size_t i) { return source_.part[i].t; };
+    const double begin = t_at(region.begin), length = ahead(begin, t_at(region.end));
+    const double middle = begin + 0.5 * length;
+    const double most_ahead = nearest_share * ahead(middle, t_at(other.begin));
+    const double most_behind = nearest_share * ahead(t_at(other.end), middle);
+    const double reach = around_share * length;
+
+    const auto n = static_cast<std::ptrdiff_t>(order_.size());
+    const auto t_of = [&](std::ptrdiff_t k) {  // of the k-th point by parameter, any lap
+        const std::ptrdiff_t lap = k >= 0 ? k / n : -((n - 1 - k) / n);
+        return source_.smooth.parameter[order_[static_cast<std::size_t>(k - lap * n)]] +
+               period * static_cast<double>(lap);
+    };
+    const double wrapped = curve.wrap(middle), shift = middle - wrapped;
+    const auto at = std::lower_bound(order_.begin(), order_.end(), wrapped,
+                                     [&](std::size_t i, double value) { return source_.smooth.parameter[i] < value; });
+    const std::ptrdiff_t centre = at - order_.begin();
+    std::ptrdiff_t first = centre, last = centre;  // [first, last)
+    while (centre - first < n / 2 && wrapped - t_of(first - 1) < reach)
+        --first;
+    while (last - centre < n / 2 && t_of(last) - wrapped < reach)
+        ++last;
+    for (std::ptrdiff_t k = 0; k < points_beyond; ++k) {
+        --first;
+        ++last;
+    }
+    while (first < centre && wrapped - t_of(first) > most_behind)
+        ++first;
+    while (last > centre && t_of(last - 1) - wrapped > most_ahead)
+        --last;
+
+    Gathered out;
+    out.edge.ball_mm = source_.ball_mm;
+    out.edge.noise = source_.noise;
+    const Vec2& nose = source_.part[region.middle].normal;
+    double best = -2.0;
+    for (std::ptrdiff_t k = first; k < last; ++k) {
+        const double t = t_of(k);
+        double inside = t;
+        const std::size_t span = curve.span_of(inside), i = order_[static_cast<std::size_t>((k % n + n) % n)];
+        EdgePoint point;
+        point.centre = source_.points[i];
+        point.normal = curve.jet_in(span, inside).right_normal();
+        point.residual_mm = source_.smooth.residual[i];
+        point.leverage = source_.smooth.leverage[i];
+        if (const double alike = point.normal.dot(nose); alike > best) {
+            best = alike;
+            out.edge.nose = out.edge.points.size();
+        }
+        out.edge.points.push_back(point);
+        out.t.push_back(t + shift);
+    }
+    return out;
+}
+
+/// The mean circle of the zone's middle part, for a radius; the contour stays free form.
+EdgeFit EdgeFitter::free_form(const EdgeRegion& region, const Gathered& gathered) const {
+    EdgeFit fit;
+    const double period = source_.smooth.curve.period();
+    const double begin = source_.part[region.begin].t;
+    double length = source_.part[region.end].t - begin;
+    if (length < 0.0) length += period;
+    const double from = begin + 0.5 * (1.0 - arc_core_share) * length, to = begin + length - (from - begin);
+    std::vector<Vec2> points;
+    for (std::size_t i = 0; i < gathered.t.size(); ++i)
+        if (gathered.t[i] >= from && gathered.t[i] <= to) points.push_back(gathered.edge.points[i].centre);
+    const auto circle = fit_circle(points, source_.noise);
+    if (!circle) {
+        fit.why = circle.error().message;
+        return fit;
+    }
+    fit.centre_mm = circle->centre;
+    fit.radius_mm = circle->radius - source_.ball_mm;
+    fit.radius_u95_mm = circle->radius_u95;
+    fit.arc_angle_rad = circle->arc_angle;
+    fit.rms_mm = circle->rms;
+    judge_radius(fit);
+    if (!fit.valid) return fit;
+    fit.why = "free form: the points support none of the models";
+    if (circle->rms > std::max(3.0 * std::max(source_.noise.sigma_mm, circular_mm), roughly_circular * fit.radius_mm)) {
+        fit.valid = false;
+        fit.why = "not circular: the points leave the circle by " + core::length_text(circle->rms) + " rms";
+    }
+    return fit;
+}
+
+EdgeOutcome EdgeFitter::run(const EdgeRegion& region, const EdgeRegion& other, std::optional<EdgeModel> request) const {
+    const Gathered gathered = gather(region, other);
+    const EdgeChoice choice = choose_edge_model(gathered.edge, request);
+    EdgeOutcome outcome;
+    if (!choice.chosen) {
+        outcome.fit = free_form(region, gathered);
+    } else {
+        const ModelTrial& trial = choice.trials[*choice.chosen];
+        EdgeFit& fit = outcome.fit;
+        fit.model = trial.model;
+        fit.rms_mm = trial.rms_mm;
+        fit.arc_angle_rad =
+            turn_angle(gathered.edge.points[trial.begin].normal, gathered.edge.points[gathered.edge.nose].normal) +
+            turn_angle(gathered.edge.points[gathered.edge.nose].normal, gathered.edge.points[trial.end - 1].normal);
+        std::visit(Describer{trial, gathered.edge.points[gathered.edge.nose].normal, fit}, trial.shape);
+        judge_radius(fit);
+        if (source_.noise.sigma_mm > least_noise_mm && trial.gain >= strong_evidence)
+            outcome.patch = make_patch(source_.smooth.curve, gathered.edge, gathered.t, trial);
+        fit.used_in_contour = outcome.patch.has_value();
+    }
+    for (const ModelTrial& trial : choice.trials)
+        outcome.fit.evidence.push_back({trial.model, trial.rms_mm, trial.gain, trial.why});
+    return outcome;
+}
+
+}  // namespace cmm::fitting

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "fitting/edges.hpp"
+#include "fitting/join.hpp"
+#include "fitting/section.hpp"
+#include "fitting/smoothing.hpp"
+#include "fitting/statistics.hpp"
+
+namespace cmm::fitting {
+
+/// What the edges of one section are fitted from: the free-form curve of ball centres, the points that it was fitted
+/// to, and the part contour that both edges were found on.
+struct EdgeSource {
+    const SmoothCurve& smooth;
+    std::span<const Vec2> points;
+    std::span<const OffsetPoint> part;
+    double ball_mm = 0.0;
+    Noise noise;
+};
+
+struct EdgeOutcome {
+    EdgeFit fit;
+    std::optional<EdgePatch> patch;  ///< of the curve of ball centres, where the points support a model
+};
+
+/// Fits and judges edges of a section. One owner; the source must outlive it.
+class EdgeFitter {
+  public:
+    explicit EdgeFitter(const EdgeSource& source);
+    /// `other_mm` is the place of the other edge's nose.
+    EdgeOutcome run(const EdgeRegion& region, const EdgeRegion& other, std::optional<EdgeModel> request) const;
+
+  private:
+    struct Gathered {
+        EdgePoints edge;
+        std::vector<double> t;  // of the points, ascending, unwrapped
+    };
+    Gathered gather(const EdgeRegion& region, const EdgeRegion& other) const;
+    EdgeFit free_form(const EdgeRegion& region, const Gathered& gathered) const;
+
+    EdgeSource source_;
+    std::vector<std::size_t> order_;  // of the points by parameter
+};
+
+}  // namespace cmm::fitting

@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/edge_model.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+#include "fitting/circle.hpp"
+#include "fitting/model_fitter.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+constexpr std::array first_turns_rad{1.3, 1.0, 0.75};  // to either side of the nose
+constexpr double least_gain = 2.0;                     // "positive" evidence: Kass and Raftery 1995
+constexpr double trimmed_share = 0.04;                 // of a window at either end: it may have grown past the model's
+constexpr double surely_round = 25.0;  // squared roundness over its variance: above it an ellipse, no parabola
+constexpr double barely_round = 4.0;   // below it no ellipse
+constexpr double least_arc_turn_rad = std::numbers::pi / 6.0;  // of each of two arcs: less is a side
+
+class Chooser {
+  public:
+    Chooser(const EdgePoints& edge, std::optional<EdgeModel> request) : fitter_(edge), request_(request) {}
+
+    EdgeChoice run() {
+        for (const double angle : first_turns_rad) {
+            window_ = fitter_.turning_by(angle);
+            if (window_.count() < EllipseShape::size + 3) break;
+            if (try_models()) break;
+        }
+        pick();
+        return std::move(choice_);
+    }
+
+  private:
+    /// The simplest model that the points do not refuse.
+    bool try_models() {
+        if (wanted(EdgeModel::arc) && try_shape(arc_start())) return true;
+        if (wanted(EdgeModel::ellipse) || wanted(EdgeModel::parabola))
+            if (try_conics()) return true;
+        return wanted(EdgeModel::double_arc) && try_shape(two_arcs_start());
+    }
+
+    bool wanted(EdgeModel model) const { return !request_ || *request_ == model; }
+
+    /// An ellipse whose roundness is not told from a parabola's is tried as one first.
+    bool try_conics() {
+        const auto start = vertex_start();
+        if (!start) return false;
+        if (request_ == EdgeModel::parabola) return try_shape(start);
+        EllipseShape::Values values;
+        values << start->values(), 1.0;
+        fitter_.forget_normals();
+        const auto ellipse = fitter_.fit(EllipseShape(values), window_);
+        const double roundness = ellipse.shape.values()[4];
+        const double variance =
+            std::pow(fitter_.edge().noise.sigma_mm, 2) * ellipse.normal.ldlt().solve(EllipseShape::Values::Unit(4))[4];
+        const double significance = roundness * std::abs(roundness) / std::max(variance, 1e-300);
+        if (!request_ && significance < surely_round)
+            if (try_shape(std::optional(ParabolaShape(ellipse.shape.values().head<4>())))) return true;
+        return significance > barely_round && try_shape(std::optional(ellipse.shape));
+    }
+
+    /// Fits a shape in the window, extends and judges it. True when the points support it.
+    template <class Shape>
+    bool try_shape(const std::optional<Shape>& start) {
+        if (!start) return false;
+        fitter_.forget_normals();
+        auto fitted = fitter_.fit(*start, window_);
+        std::string why = fitter_.misfit(fitted, window_);
+        EdgeWindow window = window_;
+        if (why.empty()) {
+            fitter_.grow(fitted, window);
+            const auto trim = static_cast<std::size_t>(std::ceil(trimmed_share * static_cast<double>(window.count())));
+            window = {window.begin + trim, window.end - trim};
+            fitted = fitter_.fit(fitted.shape, window);
+            why = fitter_.misfit(fitted, window);
+        }
+        if constexpr (Shape::model == EdgeModel::double_arc)
+            if (why.empty() && lopsided(fitted.shape, window)) why = "one of the arcs turns by less than 30 degrees";
+        const bool supported = why.empty();
+        record(fitted, window, std::move(why));
+        return supported;
+    }
+
+    template <class Shape>
+    void record(const OrthogonalFit<Shape>& fitted, const EdgeWindow& window, std::string why) {
+        ModelTrial trial;
+        trial.model = Shape::model;
+        trial.shape = fitted.shape;
+        trial.why = std::move(why);
+        trial.begin = window.begin;
+        trial.end = window.end;
+        const double freedom = static_cast<double>(window.count()) - Shape::size;
+        trial.rms_mm = std::sqrt(fitted.squares / freedom);
+        trial.gain = fitter_.gain(fitted.squares, Shape::size, window);
+        trial.noise = combined_noise(fitted.squares, freedom, fitter_.edge().noise);
+        using Matrix = typename OrthogonalFit<Shape>::Matrix;
+        trial.covariance = std::pow(trial.noise.sigma_mm, 2) * fitted.normal.ldlt().solve(Matrix::Identity());
+        const auto same = std::find_if(choice_.trials.begin(), choice_.trials.end(),
+                                       [](const ModelTrial& t) { return t.model == Shape::model; });
+        if (same == choice_.trials.end())
+            choice_.trials.push_back(std::move(trial));
+        else
+            *same = std::move(trial);
+    }
+
+    void pick() {
+        for (std::size_t i = 0; i < choice_.trials.size(); ++i) {
+            const ModelTrial& trial = choice_.trials[i];
+            if (!trial.why.empty() || trial.gain < least_gain) continue;
+            if (!choice_.chosen || trial.gain > choice_.trials[*choice_.chosen].gain) choice_.chosen = i;
+        }
+    }
+
+    std::optional<Circle> circle_of(const EdgeWindow& w) const {
+        const auto circle = fit_circle_kasa(std::span(fitter_.centres()).subspan(w.begin, w.count()));
+        if (!circle || !(circle->radius > fitter_.ball_mm())) return {};
+        return *circle;
+    }
+
+    std::optional<ArcShape> arc_start() const {
+        const auto circle = circle_of(window_);
+        if (!circle) return {};
+        ArcShape::Values values;
+        values << circle->centre, circle->radius - fitter_.ball_mm();
+        return ArcShape(values);
+    }
+
+    /// Vertex, direction and radius of the circle through the window: where conics begin.
+    std::optional<ParabolaShape> vertex_start() const {
+        const auto circle = circle_of(window_);
+        if (!circle) return {};
+        Vec2 axis = Vec2::Zero();
+        for (std::size_t i = window_.begin; i < window_.end; ++i)
+            axis += fitter_.edge().points[i].normal;
+        axis.normalize();
+        const double radius = circle->radius - fitter_.ball_mm();
+        ParabolaShape::Values values;
+        values << circle->centre + radius * axis, std::atan2(axis.y(), axis.x()), radius;
+        return ParabolaShape(values);
+    }
+
+    /// The best of three places where a circle may meet another.
+    std::optional<DoubleArcShape> two_arcs_start() const {
+        std::optional<DoubleArcShape> best;
+        double least = std::numeric_limits<double>::infinity();
+        for (const double share : {0.3, 0.5, 0.7}) {
+            const auto split = window_.begin + static_cast<std::size_t>(share * static_cast<double>(window_.count()));
+            const EdgeWindow before{window_.begin, split}, after{split, window_.end};
+            const auto first = circle_of(before), second = circle_of(after);
+            if (!first || !second) continue;
+            const double squares = squares_about(*first, before) + squares_about(*second, after);
+            if (squares >= least) continue;
+            least = squares;
+            const Vec2& meeting = fitter_.edge().points[split].normal;
+            DoubleArcShape::Values values;
+            values << first->centre, first->radius - fitter_.ball_mm(), second->radius - fitter_.ball_mm(),
+                std::atan2(meeting.y(), meeting.x());
+            best = DoubleArcShape(values);
+        }
+        return best;
+    }
+
+    double squares_about(const Circle& circle, const EdgeWindow& w) const {
+        double sum = 0.0;
+        for (std::size_t i = w.begin; i < w.end; ++i)
+            sum += std::pow((fitter_.centres()[i] - circle.centre).norm() - circle.radius, 2);
+        return sum;
+    }
+
+    bool lopsided(const DoubleArcShape& shape, const EdgeWindow& w) const {
+        const double meeting = shape.values()[4];
+        const Vec2 m(std::cos(meeting), std::sin(meeting));
+        return turn_angle(fitter_.normal(w.begin), m) < least_arc_turn_rad ||
+               turn_angle(m, fitter_.normal(w.end - 1)) < least_arc_turn_rad;
+    }
+
+    ModelFitter fitter_;
+    std::optional<EdgeModel> request_;
+    EdgeWindow window_;
+    EdgeChoice choice_;
+};
+
+}  // namespace
+
+EdgeChoice choose_edge_model(const EdgePoints& edge, std::optional<EdgeModel> request) {
+    if (request == EdgeModel::free || edge.points.empty()) return {};
+    return Chooser(edge, request).run();
+}
+
+}  // namespace cmm::fitting

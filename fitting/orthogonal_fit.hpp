@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Cholesky>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "fitting/vec2.hpp"
+
+namespace cmm::fitting {
+
+/// Ball centres (ball 0: points of the part) on one arc, and what a fit leaves behind at each.
+struct OrthogonalData {
+    std::span<const Vec2> points;
+    std::span<Vec2> normals;      ///< in: outward unit normals as far as they are known; out: those of the feet
+    std::span<double> residuals;  ///< out: |p - foot| - ball, signed, mm
+    double ball_mm = 0.0;
+
+    OrthogonalData part(std::size_t begin, std::size_t end) const {
+        const std::size_t n = end - begin;
+        return {points.subspan(begin, n), normals.subspan(begin, n), residuals.subspan(begin, n), ball_mm};
+    }
+};
+
+/// The least-squares sums of a shape at the points.
+template <class Shape>
+struct OrthogonalSums {
+    Eigen::Matrix<double, Shape::size, Shape::size> matrix;
+    Eigen::Matrix<double, Shape::size, 1> rhs;
+    double squares = 0.0;
+
+    OrthogonalSums(const Shape& shape, const OrthogonalData& data) {
+        matrix.setZero();
+        rhs.setZero();
+        for (std::size_t i = 0; i < data.points.size(); ++i) {
+            const auto foot = shape.foot(data.points[i], data.normals[i]);
+            const double residual = (data.points[i] - foot.position).dot(foot.normal) - data.ball_mm;
+            data.normals[i] = foot.normal;
+            data.residuals[i] = residual;
+            for (int k = 0; k < Shape::size; ++k) {
+                for (int j = 0; j <= k; ++j)
+                    matrix(k, j) += foot.slopes[k] * foot.slopes[j];
+                rhs[k] += residual * foot.slopes[k];
+            }
+            squares += residual * residual;
+        }
+        matrix.template triangularView<Eigen::StrictlyUpper>() = matrix.transpose();
+    }
+};
+
+/// A shape through the points and the equations that it solves.
+template <class Shape>
+struct OrthogonalFit {
+    using Matrix = Eigen::Matrix<double, Shape::size, Shape::size>;
+    Shape shape;
+    double squares = std::numeric_limits<double>::infinity();  ///< sum of squared residuals, mm^2
+    Matrix normal = Matrix::Zero();                            ///< inverse covariance at unit variance
+    bool converged = false;
+};
+
+/// Minimises the sum of squared residuals over the shape's parameters, by the method of Levenberg 1944 and Marquardt
+/// 1963. The slope of an orthogonal distance is that of the foot, held at its place on the shape, along the normal,
+/// because the distance is stationary there (Ahn 2004, "Least Squares Orthogonal Distance Fitting", 2.3).
+template <class Shape>
+OrthogonalFit<Shape> fit_orthogonal(const OrthogonalData& data, const Shape& start) {
+    constexpr int most_rounds = 15;
+    constexpr double last_step = 1e-7;  // mm and rad: what then is missing is some powers of ten smaller
+    constexpr double still = 1e-6;      // of the sum of squares
+    OrthogonalFit<Shape> fit{start};
+    if (!start.valid()) return fit;
+    OrthogonalSums<Shape> now(start, data);
+    double damping = 1e-4;
+    bool current = true;  // the residuals are those of fit.shape
+    for (int round = 0; round < most_rounds && !fit.converged && damping < 1e8; ++round) {
+        auto damped = now.matrix;
+        damped.diagonal() *= 1.0 + damping;
+        damped.diagonal().array() += 1e-12 * now.matrix.diagonal().maxCoeff();
+        const typename Shape::Values step = damped.ldlt().solve(now.rhs);
+        const bool small = step.cwiseAbs().maxCoeff() <= last_step;
+        if (const Shape next(fit.shape.values() + step); next.valid()) {
+            const OrthogonalSums<Shape> then(next, data);
+            current = then.squares <= now.squares;
+            if (current) {
+                fit.converged = damping < 1e-2 && (small || now.squares - then.squares <= still * now.squares);
+                fit.shape = next;
+                now = then;
+                damping *= 0.1;
+                continue;
+            }
+        }
+        fit.converged = small;
+        damping *= 10.0;
+    }
+    if (!current) now = OrthogonalSums<Shape>(fit.shape, data);
+    fit.squares = now.squares;
+    fit.normal = now.matrix;
+    return fit;
+}
+
+}  // namespace cmm::fitting
