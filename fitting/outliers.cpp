@@ -3,374 +3,516 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 
-#include "fitting/kinks.hpp"
-#include "fitting/spline.hpp"
+#include "fitting/bridge.hpp"
+#include "fitting/spline_residual.hpp"
 
 namespace cmm::fitting {
 namespace {
 
-constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-constexpr double scatter_factor = 7.0;   // times the robust sigma of the residuals
-constexpr double texture_factor = 1.4;   // local over global scatter from which the local one counts
-constexpr double quadruple_gain = 1.39;  // sigma of a residual / sigma of a point, equal spacing: sqrt(1 + 34/36)
-constexpr int deepest = 6;               // points of one cluster that are removed together
-constexpr double run_cost = 0.8, point_cost = 0.2;  // in units of one residual at its threshold, squared
-constexpr std::size_t longest_run = 4;              // of adjacent bad points: a longer one is a feature of the part
-constexpr std::size_t widest_region = 48;           // bits of the removed-set mask
-constexpr double corner_share = 1.0;                // of the threshold: so near must a point continue a side
-constexpr double fine_step_mm = 0.045;              // below, even a jump of 4/mm costs the cubic less than 0.5 um
-constexpr double sparse_step_mm = 0.04;             // from this spacing on all points are one chain
-constexpr std::size_t least_chain = 200;
-constexpr double largest_share = 0.2;  // more bad points than this: the chain is no curve, stop looking
+constexpr double suspect_factor = 3.5;  // times the standard deviation of a residual: looked at closely
+constexpr double reject_factor = 5.0;   // of a prediction: bad
+constexpr double sure_factor = 3.0;     // of a prediction: good
+constexpr double clear_factor = 2.0;    // of a prediction over a wider gap: good
+constexpr double clear_sd = 4.0;        // in sigmas: of such a prediction
+constexpr double texture_factor = 1.4;  // local over global scatter from which the local one counts
+constexpr double sharp_turn_rad = 0.6;  // from chord to chord; a steep run turns so where the cubic goes astray
+constexpr double stride_sigmas = 15.0;  // a step shorter than this has no direction
+constexpr std::size_t longest_stride = 16;
+constexpr std::size_t block = 16;  // points that share their scatter and stride
+constexpr std::ptrdiff_t half_a_block = 8;
+constexpr std::ptrdiff_t reach = 2;      // neighbours a side in the test: so far a suspect may accuse
+constexpr std::ptrdiff_t merge_gap = 3;  // accused stretches nearer than this are one
+constexpr std::size_t longest_run = 5;   // of adjacent bad points: a longer one is a feature of the part
+constexpr std::size_t many = 4;          // bad points of a stretch: another explanation is looked for
+constexpr std::size_t least_points = 7;
+constexpr int most_rounds = 3;
+
+enum class State : std::uint8_t { good, accused, bad };
 
 class Finder {
   public:
     Finder(std::span<const Vec2> points, bool closed, double floor)
-        : points_(points), closed_(closed), n_(points.size()), prev_(n_), next_(n_), alive_(n_, 1) {
-        for (std::size_t i = 0; i < n_; ++i) {
-            prev_[i] = i > 0 ? i - 1 : (closed ? n_ - 1 : none);
-            next_[i] = i + 1 < n_ ? i + 1 : (closed ? 0 : none);
-        }
-        residual_.resize(n_);
-        for (std::size_t i = 0; i < n_; ++i)
-            residual_[i] = residual_of(i);
-        set_thresholds(floor);
+        : points_(points), closed_(closed), n_(static_cast<std::ptrdiff_t>(points.size())), floor_(floor) {
+        const std::size_t n = points.size();
+        state_.assign(n, State::good);
+        corner_.assign(n, 0);
+        residual_.assign(n, 0.0);
+        threshold_.assign(n, 0.0);
+        ratio_.assign(n, 0.0);
+        gain_.assign(n, 1.0);
+        settled_at_.assign(n, 1e9);
+        stride_.assign(n / block + 1, 1);
+        scatter_.assign(n / block + 1, 0.0);
     }
 
     BadPoints run() {
-        std::vector<std::size_t> suspects;
-        for (std::size_t i = 0; i < n_; ++i)
-            if (ratio(i) > 1.0) suspects.push_back(i);
-        budget_ = 40000 + 20 * n_;
-        const auto limit = static_cast<std::size_t>(largest_share * static_cast<double>(n_));
-        while (removed_ < limit) {
-            std::size_t worst = none;
-            for (const std::size_t i : suspects)
-                if (alive_[i] && ratio(i) > 1.0 && (worst == none || ratio(i) > ratio(worst))) worst = i;
-            if (worst == none) break;
-            repair(worst);
-            for (const std::size_t i : region_)
-                if (alive_[i] && ratio(i) > 1.0) suspects.push_back(i);
+        test(0, n_ - 1);
+        estimate_scatter();
+        if (set_strides()) {
+            test(0, n_ - 1);
+            estimate_scatter();
+        }
+        // What is found makes the scatter smaller, and more stands out.
+        for (int round = 0; round < most_rounds && accuse(); ++round) {
+            for (const auto& [low, high] : stretches_)
+                hear(low, high);
+            for (const auto& [low, high] : stretches_)
+                test(low - reach, high + reach);
+            estimate_scatter();
         }
         return report();
     }
 
   private:
-    /// Residual over what is excused, which grows with the gap that removed neighbours leave around the point.
-    double ratio(std::size_t i) const {
-        double excused = threshold_[i];
-        if (jump_[i] > 0.0 && prev_[i] != none && next_[i] != none)
-            excused += jump_[i] * std::max(0.0, (points_[next_[i]] - points_[prev_[i]]).squaredNorm() / gap_[i] - 1.0);
-        return std::abs(residual_[i]) / excused;
-    }
+    std::ptrdiff_t wrapped(std::ptrdiff_t i) const { return closed_ ? (i % n_ + n_) % n_ : i; }
+    bool exists(std::ptrdiff_t i) const { return closed_ || (i >= 0 && i < n_); }
+    const Vec2& point(std::ptrdiff_t i) const { return points_[static_cast<std::size_t>(wrapped(i))]; }
+    State& state(std::ptrdiff_t i) { return state_[static_cast<std::size_t>(wrapped(i))]; }
+    std::size_t block_of(std::ptrdiff_t i) const { return static_cast<std::size_t>(wrapped(i)) / block; }
 
-    /// The next living point beyond `from` that is not closer to it than `apart`; gives up after four.
-    std::size_t beyond(std::size_t from, const std::vector<std::size_t>& step, double apart) const {
-        std::size_t at = step[from];
-        for (int tries = 0; tries < 3 && at != none; ++tries) {
-            if ((points_[at] - points_[from]).squaredNorm() >= apart * apart) break;
-            if (step[at] == none) break;
-            at = step[at];
+    /// Standard deviation of a point, so that the floor is never undercut.
+    double sigma_at(std::ptrdiff_t i) const { return std::max(scatter_[block_of(i)], floor_ / reject_factor); }
+
+    /// The next good point beyond `from`; n_ when there is none near. Points nearer to `from` than `apart` are passed
+    /// over, at most three of them.
+    std::ptrdiff_t good_beyond(std::ptrdiff_t from, std::ptrdiff_t step, double apart) {
+        std::ptrdiff_t found = none;
+        int passed = 0;
+        for (std::ptrdiff_t at = from + step, walked = 0; walked < 24 && exists(at); at += step, ++walked) {
+            if (state(at) != State::good) continue;
+            found = at;
+            if (apart <= 0.0 || (point(at) - point(from)).squaredNorm() >= apart * apart || ++passed > 3) break;
         }
-        return at;
+        return found;
     }
 
-    double residual_of(std::size_t i) const {
-        const std::size_t b = prev_[i], c = next_[i];
-        if (b == none || c == none) return 0.0;
+    SplineResidual test(std::ptrdiff_t i) {
+        const std::ptrdiff_t step = stride_[block_of(i)];
+        const std::ptrdiff_t b = good_beyond(i, -step, 0.0), c = good_beyond(i, step, 0.0);
+        if (b == none || c == none) return {};
         // Slopes over a much shorter base than the gap would only amplify noise.
-        const double apart = 0.35 * (points_[c] - points_[b]).norm();
-        const std::size_t a = beyond(b, prev_, apart), d = beyond(c, next_, apart);
-        if (a == none || d == none || a == c || d == b || a == d) return 0.0;
-        return spline_residual(points_[a], points_[b], points_[c], points_[d], points_[i]);
+        const double apart = 0.35 * (point(c) - point(b)).norm();
+        const std::ptrdiff_t a = good_beyond(b, -step, apart), d = good_beyond(c, step, apart);
+        if (a == none || d == none || (closed_ && d - a >= n_)) return {};
+        return spline_residual(point(a), point(b), point(c), point(d), point(i));
     }
 
-    /// The q-quantile of `from` over the points low ... high of the chain (offsets from `centre`, wrapped when closed).
-    double quantile(const std::vector<double>& from, std::size_t centre, std::ptrdiff_t low, std::ptrdiff_t high,
-                    double q) {
+    void test(std::ptrdiff_t low, std::ptrdiff_t high) {
+        for (std::ptrdiff_t i = low; i <= high; ++i) {
+            if (!exists(i) || state(i) == State::bad) continue;
+            const SplineResidual found = test(i);
+            const auto at = static_cast<std::size_t>(wrapped(i));
+            residual_[at] = found.distance_mm;
+            gain_[at] = found.gain;
+            threshold_[at] = 0.0;
+            ratio_[at] = std::abs(found.distance_mm) / found.gain;
+        }
+    }
+
+    double quantile(std::ptrdiff_t low, std::ptrdiff_t high, double q) {
         work_.clear();
-        const auto n = static_cast<std::ptrdiff_t>(n_), middle = static_cast<std::ptrdiff_t>(centre);
-        for (std::ptrdiff_t k = middle + low; k <= middle + high; ++k)
-            if (closed_ || (k >= 0 && k < n)) work_.push_back(from[static_cast<std::size_t>((k % n + n) % n)]);
+        for (std::ptrdiff_t k = low; k < high; ++k)
+            if (exists(k) && state(k) == State::good) work_.push_back(ratio_[static_cast<std::size_t>(wrapped(k))]);
         if (work_.empty()) return 0.0;
         const auto nth = work_.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(work_.size() - 1));
         std::nth_element(work_.begin(), nth, work_.end());
         return *nth;
     }
 
-    void set_thresholds(double floor) {
-        threshold_.assign(n_, floor);
-        jump_.assign(n_, 0.0);
-        gap_.assign(n_, 1.0);
-        std::vector<double> magnitude(n_), curvature(n_, 0.0), step(n_, 0.0);
-        for (std::size_t i = 0; i < n_; ++i) {
-            magnitude[i] = std::abs(residual_[i]);
-            if (prev_[i] == none || next_[i] == none) continue;
-            const Vec2 in = points_[i] - points_[prev_[i]], out = points_[next_[i]] - points_[i];
-            step[i] = std::max(in.norm(), out.norm());
-            curvature[i] = turn_angle(in, out) / (0.5 * (in.norm() + out.norm()));
+    /// Four clean tenths are enough to see the noise among the residuals that each bad point spoils.
+    void estimate_scatter() {
+        sigma_ = quantile(0, n_, 0.5) / 0.6745;
+        const std::ptrdiff_t around = std::min<std::ptrdiff_t>(16, n_ / 4);
+        for (std::size_t k = 0; k < scatter_.size(); ++k) {
+            const auto low = static_cast<std::ptrdiff_t>(k * block);
+            const double local =
+                quantile(low - around, low + static_cast<std::ptrdiff_t>(block) + around, 0.4) / 0.5244;
+            scatter_[k] = local > texture_factor * sigma_ ? local : sigma_;
         }
-        const double overall = quantile(magnitude, 0, 0, static_cast<std::ptrdiff_t>(n_) - 1, 0.5) / 0.6745;
-        sigma_ = overall / quadruple_gain;
-        const auto reach = static_cast<std::ptrdiff_t>(std::min<std::size_t>(24, n_ / 4));
-        double scatter = overall;
-        for (std::size_t i = 0; i < n_; ++i) {
-            // Four clean tenths are enough to see the noise among the five residuals that each bad point spoils.
-            const double local = i % 8 == 0 ? quantile(magnitude, i, -reach, reach, 0.4) / 0.5244 : scatter;
-            scatter = local > texture_factor * overall ? local : overall;
-            const double sampling = sampling_error(curvature, step, i);
-            threshold_[i] = std::max({floor, scatter_factor * scatter, 0.5 * scatter_factor * scatter + sampling});
+    }
+
+    /// Where steps are not clearly longer than the noise, every k-th point is a neighbour. False when there is no such
+    /// place.
+    bool set_strides() {
+        bool any = false;
+        for (std::size_t k = 0; k < stride_.size(); ++k) {
+            work_.clear();
+            const auto low = static_cast<std::ptrdiff_t>(k * block);
+            for (std::ptrdiff_t i = low; i < low + static_cast<std::ptrdiff_t>(block); ++i)
+                if (exists(i) && exists(i + 1)) work_.push_back((point(i + 1) - point(i)).norm());
+            if (work_.empty()) continue;
+            const auto nth = work_.begin() + static_cast<std::ptrdiff_t>(work_.size() / 2);
+            std::nth_element(work_.begin(), nth, work_.end());
+            const double wanted = std::ceil(stride_sigmas * scatter_[k] / std::max(*nth, 1e-9));
+            const auto most = static_cast<double>(std::clamp<std::ptrdiff_t>(n_ / 100, 1, longest_stride));
+            stride_[k] = static_cast<std::ptrdiff_t>(std::clamp(wanted, 1.0, most));
+            any = any || stride_[k] > 1;
         }
+        return any;
+    }
+
+    /// A point that was settled is settled as long as the scatter has not become clearly smaller.
+    bool suspicious(std::ptrdiff_t i) {
+        if (state(i) == State::bad || sigma_at(i) > 0.8 * settled_at_[static_cast<std::size_t>(i)]) return false;
+        if (ratio_[static_cast<std::size_t>(i)] > suspect_factor * sigma_at(i)) return true;
+        if (!exists(i - 1) || !exists(i + 1)) return false;
+        const Vec2 in = point(i) - point(i - 1), out = point(i + 1) - point(i);
+        const double shortest = std::sqrt(std::min(in.squaredNorm(), out.squaredNorm()));
+        const double limit = sharp_turn_rad + 5.0 * 2.4 * sigma_at(i) / std::max(shortest, 1e-9);
+        return limit < 3.0 && std::abs(cross(in, out)) > std::tan(std::min(limit, 1.5)) * in.dot(out);
+    }
+
+    /// Every suspect accuses the neighbours that its test rests on, and itself. False when there is none.
+    bool accuse() {
+        stretches_.clear();
+        for (std::ptrdiff_t i = 0; i < n_; ++i) {
+            if (!suspicious(i)) continue;
+            const std::ptrdiff_t by = reach * stride_[block_of(i)];
+            hold(stretches_, i - by, i + by);
+        }
+        if (closed_ && stretches_.size() > 1 && stretches_.front().first + n_ <= stretches_.back().second + merge_gap) {
+            stretches_.front().first = std::min(stretches_.front().first, stretches_.back().first - n_);
+            stretches_.pop_back();
+        }
+        for (auto& [low, high] : stretches_) {
+            if (closed_) {
+                high = std::min(high, low + n_ - 1);
+            } else {
+                low = std::max<std::ptrdiff_t>(low, 0);
+                high = std::min(high, n_ - 1);
+            }
+            for (std::ptrdiff_t i = low; i <= high; ++i)
+                if (state(i) == State::good) state(i) = State::accused;
+        }
+        return !stretches_.empty();
+    }
+
+    Neighbours neighbours_of(std::ptrdiff_t i) {
+        Neighbours near;
+        const std::ptrdiff_t step = stride_[block_of(i)];
+        const auto collect = [&](std::ptrdiff_t direction, std::array<Vec2, Neighbours::most>& out,
+                                 std::size_t& count) {
+            std::ptrdiff_t since = step;  // the nearest one counts at once
+            const std::ptrdiff_t walk = 24 + static_cast<std::ptrdiff_t>(Neighbours::most) * step;
+            for (std::ptrdiff_t at = i + direction, walked = 0; walked < walk && exists(at) && count < out.size();
+                 at += direction, ++walked) {
+                if (closed_ && std::abs(at - i) > n_ / 2) break;
+                if (state(at) != State::good || ++since < step) continue;
+                out[count++] = point(at);
+                since = 0;
+            }
+        };
+        collect(-1, near.before, near.count_before);
+        collect(1, near.after, near.count_after);
+        return near;
+    }
+
+    Verdict judge(std::ptrdiff_t i) {
+        double sigma = sigma_at(i);
+        for (const std::ptrdiff_t by : {-half_a_block, half_a_block})
+            if (exists(i + by)) sigma = std::max(sigma, sigma_at(i + by));
+        return judge_point(neighbours_of(i), point(i), sigma);
+    }
+
+    void note(std::ptrdiff_t i, State state_now, const Verdict& verdict) {
+        const auto at = static_cast<std::size_t>(wrapped(i));
+        state_[at] = state_now;
+        corner_[at] = static_cast<char>(state_now == State::good && verdict.corner);
+        residual_[at] = verdict.residual_mm;
+        threshold_[at] = reject_factor * verdict.sd_mm;
+    }
+
+    /// Judges every accused point of a stretch among all others: the clearly bad ones go first, the worst before all.
+    /// What then agrees and is not next to what does not is free.
+    void hear(std::ptrdiff_t low, std::ptrdiff_t high) {
+        for (std::ptrdiff_t i = low; i <= high; ++i)
+            if (state(i) == State::accused) state(i) = State::good;
+        verdicts_.assign(static_cast<std::size_t>(high - low + 1), {});
+        const auto verdict = [&](std::ptrdiff_t i) -> Verdict& { return verdicts_[static_cast<std::size_t>(i - low)]; };
+        std::ptrdiff_t from = low, to = high;
+        for (std::ptrdiff_t removed = 0; 2 * removed <= high - low; ++removed) {
+            for (std::ptrdiff_t i = from; i <= to; ++i) {
+                if (state(i) != State::good) continue;
+                verdict(i) = judge(i);
+                note(i, State::good, verdict(i));
+            }
+            std::ptrdiff_t worst = none;
+            for (std::ptrdiff_t i = low; i <= high; ++i)
+                if (state(i) == State::good && verdict(i).sharp && std::abs(verdict(i).ratio()) > reject_factor &&
+                    (worst == none || std::abs(verdict(i).ratio()) > std::abs(verdict(worst).ratio())))
+                    worst = i;
+            if (worst == none) break;
+            note(worst, State::bad, verdict(worst));
+            const std::ptrdiff_t by = static_cast<std::ptrdiff_t>(Neighbours::most) * stride_[block_of(worst)];
+            from = std::max(low, worst - by);
+            to = std::min(high, worst + by);
+        }
+        std::vector<std::pair<std::ptrdiff_t, std::ptrdiff_t>> held;
+        for (std::ptrdiff_t i = low; i <= high; ++i) {
+            const bool agrees = verdict(i).resolved && std::abs(verdict(i).ratio()) <= reject_factor;
+            if (state(i) == State::bad || agrees) continue;
+            const std::ptrdiff_t by = reach * stride_[block_of(i)];
+            hold(held, std::max(low, i - by), std::min(high, i + by));
+        }
+        for (const auto& [first, last] : held)
+            for (std::ptrdiff_t i = first; i <= last; ++i)
+                if (state(i) == State::good) state(i) = State::accused;
+        for (const auto& [first, last] : held)
+            settle(first, last);
+        for (std::ptrdiff_t i = low; i <= high; ++i)
+            settled_at_[static_cast<std::size_t>(wrapped(i))] = sigma_at(i);
+    }
+
+    static void hold(std::vector<std::pair<std::ptrdiff_t, std::ptrdiff_t>>& stretches, std::ptrdiff_t low,
+                     std::ptrdiff_t high) {
+        if (!stretches.empty() && low <= stretches.back().second + merge_gap) {
+            stretches.back().second = high;
+        } else {
+            stretches.emplace_back(low, high);
+        }
+    }
+
+    /// Looks for the bad points among the accused `low` ... `high`: by letting the good ones come back and, when that
+    /// leaves many out, by taking the worst away; the smaller set explains the stretch.
+    void settle(std::ptrdiff_t low, std::ptrdiff_t high) {
+        grow(low, high);
+        if (longest_open() > longest_run) {
+            const std::vector<std::ptrdiff_t> grown = open_;
+            weed(low, high);
+            if (open_.size() >= grown.size() || longest_open() > longest_run) {
+                open_ = grown;
+                if (longest_open() > longest_run) open_.clear();  // so long a run is a feature of the part
+                for (std::ptrdiff_t i = low; i <= high; ++i)
+                    state(i) = State::good;
+                for (const std::ptrdiff_t i : open_)
+                    state(i) = State::accused;
+                for (const std::ptrdiff_t i : open_)
+                    note(i, State::accused, judge(i));
+                for (const std::ptrdiff_t i : open_)
+                    state(i) = State::bad;
+            }
+        }
+        verify(low, high);
+    }
+
+    std::size_t longest_open() const {
+        std::size_t longest = 0, run = 0;
+        for (std::size_t k = 0; k < open_.size(); ++k) {
+            run = k > 0 && open_[k] == open_[k - 1] + 1 ? run + 1 : 1;
+            longest = std::max(longest, run);
+        }
+        return longest;
+    }
+
+    /// Worst first, as long as one contradicts the others; who agrees again comes back.
+    void weed(std::ptrdiff_t low, std::ptrdiff_t high) {
+        for (std::ptrdiff_t i = low; i <= high; ++i)
+            state(i) = State::good;
+        open_.clear();
+        while (static_cast<std::ptrdiff_t>(2 * open_.size()) <= high - low) {
+            std::ptrdiff_t worst = none;
+            Verdict found;
+            for (std::ptrdiff_t i = low; i <= high; ++i) {
+                const Verdict now = judge(i);
+                note(i, state(i), now);
+                if (state(i) != State::good ||
+                    std::abs(now.ratio()) <= std::max(reject_factor, std::abs(found.ratio())))
+                    continue;
+                worst = i;
+                found = now;
+            }
+            if (worst == none) break;
+            note(worst, State::bad, found);
+            open_.push_back(worst);
+        }
+        std::sort(open_.begin(), open_.end());
+    }
+
+    /// The accused come back from both ends as long as they are predicted, then from the middle; the doubtful last.
+    void grow(std::ptrdiff_t low, std::ptrdiff_t high) {
+        open_.clear();
+        for (std::ptrdiff_t i = low; i <= high; ++i)
+            if (state(i) == State::accused) open_.push_back(i);
+        do
+            take_from_ends();
+        while (!open_.empty() && take_from_middle());
+        for (std::size_t k = 0; k < open_.size(); ++k)
+            if (!verdicts_[k].resolved) verdicts_[k] = judge_unresolved(open_[k]);
+        std::size_t left = 0;
+        for (std::size_t k = 0; k < open_.size(); ++k) {
+            const bool bad = std::abs(verdicts_[k].ratio()) > reject_factor;
+            note(open_[k], bad ? State::bad : State::good, verdicts_[k]);
+            if (bad) open_[left++] = open_[k];
+        }
+        open_.resize(left);
+    }
+
+    /// The first or the last open point comes back, whichever is surer, until neither is predicted well.
+    void take_from_ends() {
+        if (open_.empty()) return;
+        std::size_t first = 0, last = open_.size();
+        const auto is_sure = [](const Verdict& verdict) {
+            return verdict.resolved && std::abs(verdict.ratio()) <= sure_factor;
+        };
+        Verdict left = judge(open_[first]), right = judge(open_[last - 1]);
+        while (first < last && (is_sure(left) || is_sure(right))) {
+            if (is_sure(left) && (!is_sure(right) || farthest(left) <= farthest(right))) {
+                note(open_[first++], State::good, left);
+                if (first < last) left = judge(open_[first]);
+            } else {
+                note(open_[--last], State::good, right);
+                if (first < last) right = judge(open_[last - 1]);
+            }
+        }
+        open_.erase(open_.begin() + static_cast<std::ptrdiff_t>(last), open_.end());
+        open_.erase(open_.begin(), open_.begin() + static_cast<std::ptrdiff_t>(first));
+    }
+
+    /// How far from its prediction a point may be.
+    static double farthest(const Verdict& verdict) {
+        return std::abs(verdict.residual_mm) + sure_factor * verdict.sd_mm;
+    }
+
+    /// Judges all open points over the whole gap. Those that fit without doubt come back together, otherwise the one
+    /// that is surest to lie near its prediction.
+    bool take_from_middle() {
+        verdicts_.clear();
+        std::size_t best = open_.size();
+        bool any = false;
+        for (std::size_t k = 0; k < open_.size(); ++k) {
+            verdicts_.push_back(judge(open_[k]));
+            const Verdict& now = verdicts_.back();
+            any = any || clear(now, open_[k]);
+            if (!now.resolved || std::abs(now.ratio()) > reject_factor) continue;
+            if (best < open_.size() && farthest(now) >= farthest(verdicts_[best])) continue;
+            best = k;
+        }
+        if (!any && best == open_.size()) return false;
+        std::size_t left = 0;
+        for (std::size_t k = 0; k < open_.size(); ++k) {
+            if (any ? clear(verdicts_[k], open_[k]) : k == best) {
+                note(open_[k], State::good, verdicts_[k]);
+            } else {
+                open_[left++] = open_[k];
+            }
+        }
+        open_.resize(left);
+        return true;
+    }
+
+    bool clear(const Verdict& verdict, std::ptrdiff_t i) const {
+        return verdict.resolved && !verdict.corner && std::abs(verdict.ratio()) < clear_factor &&
+               verdict.sd_mm < clear_sd * sigma_at(i);
+    }
+
+    /// Where the neighbours are no witnesses the sampling does not resolve the shape: there the four-neighbour test
+    /// decides, less what sampling alone can cause.
+    Verdict judge_unresolved(std::ptrdiff_t i) {
+        Verdict out;
+        const SplineResidual found = test(i);
+        out.residual_mm = found.distance_mm;
+        out.sd_mm = found.gain * sigma_at(i) + sampling_error(i) / reject_factor;
+        return out;
     }
 
     /// What the cubic of a good point's neighbours may miss by sampling alone. On a circle, steps h of angle g leave
     /// h g^3 / 6; where the curvature jumps by d (edge to side) h^2 d / 16. Twice and once that.
-    double sampling_error(const std::vector<double>& curvature, const std::vector<double>& step, std::size_t i) {
-        if (step[i] < fine_step_mm) return 0.0;
-        const std::ptrdiff_t reach = n_ < 32 ? 3 : 7;
-        // Medians on either side: the point itself and its bad neighbours have no say in what is excused.
-        const double h = std::max(quantile(step, i, -reach, -1, 0.5), quantile(step, i, 1, reach, 0.5));
-        const double before = quantile(curvature, i, -reach, -1, 0.5), after = quantile(curvature, i, 1, reach, 0.5);
-        const double g = std::min(1.5, h * 0.5 * std::abs(before + after));
-        jump_[i] = h * h * std::abs(after - before) / 16.0;
-        gap_[i] = 4.0 * h * h;
-        return h * g * g * g / 3.0 + jump_[i];
-    }
-
-    void kill(std::size_t i) {
-        alive_[i] = 0;
-        if (prev_[i] != none) next_[prev_[i]] = next_[i];
-        if (next_[i] != none) prev_[next_[i]] = prev_[i];
-    }
-
-    void revive(std::size_t i) {
-        alive_[i] = 1;
-        if (prev_[i] != none) next_[prev_[i]] = i;
-        if (next_[i] != none) prev_[next_[i]] = i;
-    }
-
-    using Saved = std::array<std::pair<std::size_t, double>, 6>;
-
-    /// Recomputes the residuals of the three living neighbours on each side.
-    Saved refresh_around(std::size_t i) {
-        Saved saved;
-        saved.fill({none, 0.0});
-        std::size_t left = prev_[i], right = next_[i];
-        for (std::size_t k = 0; k < 3; ++k) {
-            if (left != none) {
-                saved[2 * k] = {left, residual_[left]};
-                residual_[left] = residual_of(left);
-                left = prev_[left];
+    double sampling_error(std::ptrdiff_t i) {
+        std::array<double, 2> step{}, curvature{};
+        for (const int side : {0, 1}) {
+            std::vector<double> steps, bends;
+            std::ptrdiff_t before = good_beyond(i, side == 0 ? -1 : 1, 0.0), at = before;
+            for (int k = 0; k < 7 && at != none; ++k) {
+                const std::ptrdiff_t next = good_beyond(at, side == 0 ? -1 : 1, 0.0);
+                if (next == none) break;
+                if (at != before) {
+                    const Vec2 in = point(at) - point(before), out = point(next) - point(at);
+                    steps.push_back(std::max(in.norm(), out.norm()));
+                    bends.push_back((side == 0 ? -1.0 : 1.0) * turn_angle(in, out) /
+                                    std::max(0.5 * (in.norm() + out.norm()), 1e-12));
+                }
+                before = at;
+                at = next;
             }
-            if (right != none) {
-                saved[2 * k + 1] = {right, residual_[right]};
-                residual_[right] = residual_of(right);
-                right = next_[right];
+            if (steps.empty()) continue;
+            const auto middle = static_cast<std::ptrdiff_t>(steps.size() / 2);
+            std::nth_element(steps.begin(), steps.begin() + middle, steps.end());
+            std::nth_element(bends.begin(), bends.begin() + middle, bends.end());
+            step[side] = steps[middle];
+            curvature[side] = bends[middle];
+        }
+        const std::ptrdiff_t b = good_beyond(i, -1, 0.0), c = good_beyond(i, 1, 0.0);
+        if (b == none || c == none) return 0.0;
+        const double gap = (point(c) - point(b)).norm();
+        const double h = std::max({step[0], step[1], 0.5 * gap}),
+                     g = std::min(1.5, 0.5 * h * std::abs(curvature[0] + curvature[1]));
+        return h * g * g * g / 3.0 + h * h * std::abs(curvature[0] - curvature[1]) / 16.0;
+    }
+
+    /// The good points of a settled stretch once more, with their final neighbours: worst first.
+    void verify(std::ptrdiff_t low, std::ptrdiff_t high) {
+        for (std::size_t tries = 0; tries < longest_run; ++tries) {
+            std::ptrdiff_t worst = none;
+            Verdict found;
+            for (std::ptrdiff_t i = low; i <= high; ++i) {
+                if (state(i) != State::good) continue;
+                const SplineResidual again = test(i);
+                if (std::abs(again.distance_mm) <= suspect_factor * again.gain * sigma_at(i)) continue;
+                const Verdict verdict = judge(i);
+                if (!verdict.resolved || std::abs(verdict.ratio()) <= reject_factor) continue;
+                if (worst != none && std::abs(verdict.ratio()) <= std::abs(found.ratio())) continue;
+                worst = i;
+                found = verdict;
             }
+            if (worst == none) break;
+            note(worst, State::bad, found);
         }
-        if (budget_ > 0) --budget_;
-        return saved;
-    }
-
-    void restore(const Saved& saved) {
-        for (auto entry = saved.rbegin(); entry != saved.rend(); ++entry)
-            if (entry->first != none) residual_[entry->first] = entry->second;
-    }
-
-    void collect_region(std::size_t seed) {
-        region_.clear();
-        const auto walk = [&](const std::vector<std::size_t>& step) {
-            std::size_t quiet = 0, at = step[seed];
-            std::vector<std::size_t> found;
-            while (at != none && at != seed && quiet < 5 && found.size() < widest_region / 2 - 1) {
-                found.push_back(at);
-                quiet = ratio(at) > 1.0 ? 0 : quiet + 1;
-                at = step[at];
-            }
-            return found;
-        };
-        const auto before = walk(prev_), after = walk(next_);
-        region_.assign(before.rbegin(), before.rend());
-        region_.push_back(seed);
-        for (const std::size_t i : after)
-            if (std::find(region_.begin(), region_.end(), i) == region_.end()) region_.push_back(i);
-    }
-
-    /// Bad points come in runs: a second run is less likely than a longer one.
-    static double cost_of(std::uint64_t mask) {
-        return run_cost * std::popcount(mask & ~(mask << 1U)) + point_cost * std::popcount(mask);
-    }
-
-    void explore(int left, std::uint64_t mask) {
-        std::size_t worst = none;
-        double score = cost_of(mask);
-        for (const std::size_t i : region_) {
-            if (!alive_[i]) continue;
-            score += ratio(i) * ratio(i);
-            if (worst == none || ratio(i) > ratio(worst)) worst = i;
-        }
-        if (worst == none || ratio(worst) <= 1.0) {
-            if (score < best_score_) {
-                best_score_ = score;
-                best_mask_ = mask;
-            }
-            return;
-        }
-        if (left == 0 || budget_ == 0 || cost_of(mask) + point_cost >= best_score_) return;
-        // The worst residual involves five points; one of them at least is bad.
-        const std::size_t p = prev_[worst], q = next_[worst];
-        for (const std::size_t i : {worst, p, q, p != none ? prev_[p] : none, q != none ? next_[q] : none}) {
-            const auto found = std::find(region_.begin(), region_.end(), i);
-            if (i == none || found == region_.end() || !alive_[i] || longest_run_with(i) > longest_run) continue;
-            const std::uint64_t with = mask | (std::uint64_t{1} << (found - region_.begin()));
-            if (std::find(visited_.begin(), visited_.end(), with) != visited_.end()) continue;
-            visited_.push_back(with);
-            kill(i);
-            const Saved saved = refresh_around(i);
-            explore(left - 1, with);
-            restore(saved);
-            revive(i);
-        }
-    }
-
-    /// Consecutive points that would be missing with i.
-    std::size_t longest_run_with(std::size_t i) const {
-        if (prev_[i] == none || next_[i] == none) return 1;
-        return (next_[i] + n_ - prev_[i]) % n_ - 1;
-    }
-
-    /// The cheapest explanation of the region: removals have a price, and so have residuals that stay. When no
-    /// few points explain it, the shape does (a kink, sparse sampling), and what passes for a residual there is raised.
-    void repair(std::size_t seed) {
-        collect_region(seed);
-        best_score_ = std::numeric_limits<double>::infinity();
-        for (int depth = 1; depth <= deepest && best_score_ > run_cost + point_cost * depth; ++depth) {
-            visited_.clear();
-            explore(depth, 0);
-        }
-        if (!std::isfinite(best_score_)) {
-            for (const std::size_t i : region_)
-                threshold_[i] *= 1.5;
-            return;
-        }
-        for (std::size_t k = 0; k < region_.size(); ++k) {
-            if (!((best_mask_ >> k) & 1U)) continue;
-            kill(region_[k]);
-            refresh_around(region_[k]);
-            ++removed_;
-        }
-    }
-
-    /// The links of a removed point are of its time: walk on to living neighbours.
-    void refresh_links() {
-        for (std::size_t i = 0; i < n_; ++i) {
-            if (alive_[i]) continue;
-            while (prev_[i] != none && !alive_[prev_[i]])
-                prev_[i] = prev_[prev_[i]];
-            while (next_[i] != none && !alive_[next_[i]])
-                next_[i] = next_[next_[i]];
-        }
-    }
-
-    /// Gives points back that only a corner of the curve has made look bad.
-    void excuse_corners() {
-        std::vector<Vec2> cluster, before, after;
-        for (std::size_t first = 0; first < n_; ++first) {
-            // The first of a cluster: its predecessor in the chain lives.
-            if (alive_[first] || prev_[first] == none || next_[first] == none || (prev_[first] + 1) % n_ != first)
-                continue;
-            const std::size_t end = next_[first];
-            cluster.clear();
-            double tolerance = threshold_[first];
-            for (std::size_t i = first; i != end; i = (i + 1) % n_) {
-                cluster.push_back(points_[i]);
-                tolerance = std::min(tolerance, threshold_[i]);
-            }
-            collect(prev_[first], prev_, before);
-            collect(end, next_, after);
-            if (!continues_a_side(cluster, before, after, corner_share * tolerance)) continue;
-            for (std::size_t i = first; i != end; i = (i + 1) % n_) {
-                corner_[i] = 1;
-                alive_[i] = 1;
-                --removed_;
-            }
-        }
-    }
-
-    void collect(std::size_t from, const std::vector<std::size_t>& step, std::vector<Vec2>& side) const {
-        side.clear();
-        for (std::size_t i = from; i != none && side.size() < 5; i = step[i])
-            side.push_back(points_[i]);
     }
 
     BadPoints report() {
-        refresh_links();
-        corner_.assign(n_, 0);
-        excuse_corners();
         BadPoints out;
-        out.bad.resize(n_);
-        for (std::size_t i = 0; i < n_; ++i) {
-            out.bad[i] = static_cast<char>(!alive_[i]);
-            if (!alive_[i] || corner_[i]) residual_[i] = residual_of(i);
+        out.bad.resize(points_.size());
+        for (std::size_t i = 0; i < points_.size(); ++i) {
+            out.bad[i] = static_cast<char>(state_[i] == State::bad);
+            out.count += state_[i] == State::bad;
+            if (threshold_[i] <= 0.0)
+                threshold_[i] = reject_factor * gain_[i] * sigma_at(static_cast<std::ptrdiff_t>(i));
         }
         out.corner = std::move(corner_);
         out.residual = std::move(residual_);
         out.threshold_mm = std::move(threshold_);
         out.sigma_mm = sigma_;
-        out.count = removed_;
         return out;
     }
 
+    static constexpr std::ptrdiff_t none = PTRDIFF_MAX;
     std::span<const Vec2> points_;
     bool closed_;
-    std::size_t n_;
-    std::vector<std::size_t> prev_, next_;  // living neighbours
-    std::vector<char> alive_, corner_;
-    std::vector<double> residual_, threshold_, work_;
-    std::vector<double> jump_, gap_;  // error of the cubic where the curvature jumps, and the squared gap it is for
-    std::vector<std::size_t> region_;
-    std::vector<std::uint64_t> visited_;
-    double best_score_ = 0.0, sigma_ = 0.0;
-    std::uint64_t best_mask_ = 0;
-    std::size_t removed_ = 0, budget_ = 0;
+    std::ptrdiff_t n_;
+    double floor_, sigma_ = 0.0;
+    std::vector<State> state_;
+    std::vector<char> corner_;
+    std::vector<double> residual_, threshold_, ratio_, gain_, work_;
+    std::vector<double> settled_at_;      // the standard deviation at which a point was last judged
+    std::vector<double> scatter_;         // by block: standard deviation of a point
+    std::vector<std::ptrdiff_t> stride_;  // by block
+    std::vector<std::pair<std::ptrdiff_t, std::ptrdiff_t>> stretches_;
+    std::vector<std::ptrdiff_t> open_;
+    std::vector<Verdict> verdicts_;
 };
 
 }  // namespace
 
 BadPoints find_bad_points(std::span<const Vec2> points, bool closed, double floor_mm) {
-    const std::size_t n = points.size();
+    if (points.size() >= least_points) return Finder(points, closed, floor_mm).run();
     BadPoints all;
-    all.bad.assign(n, 0);
-    all.corner.assign(n, 0);
-    all.residual.assign(n, 0.0);
-    all.threshold_mm.assign(n, floor_mm);
-    if (n < 7) return all;
-    // Points much denser than bad points are high lie close to their bad neighbours, whatever the spline does. Taking
-    // every k-th point in k interleaved chains restores the proportions, and makes singles out of runs.
-    const std::vector<double> s = chord_parameters(points, false);
-    const double mean_step = s.back() / static_cast<double>(n);
-    const auto chains = std::clamp<std::size_t>(static_cast<std::size_t>(sparse_step_mm / std::max(mean_step, 1e-9)), 1,
-                                                std::max<std::size_t>(1, n / least_chain));
-    std::vector<Vec2> chain;
-    for (std::size_t first = 0; first < chains; ++first) {
-        chain.clear();
-        for (std::size_t i = first; i < n; i += chains)
-            chain.push_back(points[i]);
-        const BadPoints found = Finder(chain, closed, floor_mm).run();
-        for (std::size_t k = 0, i = first; i < n; ++k, i += chains) {
-            all.bad[i] = found.bad[k];
-            all.corner[i] = found.corner[k];
-            all.residual[i] = found.residual[k];
-            all.threshold_mm[i] = found.threshold_mm[k];
-        }
-        all.count += found.count;
-        all.sigma_mm += found.sigma_mm / static_cast<double>(chains);
-    }
+    all.bad.assign(points.size(), 0);
+    all.corner.assign(points.size(), 0);
+    all.residual.assign(points.size(), 0.0);
+    all.threshold_mm.assign(points.size(), floor_mm);
     return all;
 }
 

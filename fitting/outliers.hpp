@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "fitting/spline_residual.hpp"
 #include "fitting/vec2.hpp"
 
 namespace cmm::fitting {
@@ -13,15 +12,16 @@ namespace cmm::fitting {
 /// What the bad-point search found, per point of the chain.
 struct BadPoints {
     std::vector<char> bad;
-    std::vector<char> corner;          ///< good points that a corner of the curve had made look bad
-    std::vector<double> residual;      ///< by the good neighbours; 0 where a side has fewer than two
-    std::vector<double> threshold_mm;  ///< max(floor, local scatter, resolution of the sampling)
+    std::vector<char> corner;          ///< good points next to a corner: only one of their sides predicts them
+    std::vector<double> residual;      ///< from the good neighbours; positive on the right-hand side of the travel
+    std::vector<double> threshold_mm;  ///< of that residual: the factor times its own standard deviation
     double sigma_mm = 0.0;             ///< standard deviation of a point, from the residuals of the whole chain
     std::size_t count = 0;
 };
 
-/// The four-neighbour test made robust (A9): the smallest set of points whose removal makes all others agree with their
-/// neighbours, cluster by cluster, worst first. Closed chains wrap; the ends of open ones are not judged.
+/// The four-neighbour test (seed 000, A8) finds where something is wrong; there all points are set aside and come back
+/// as long as the good ones around them predict them, so that runs of up to five bad points cannot excuse each other
+/// (docs/theory.md, section 2). Nothing below `floor_mm` is called bad. Closed chains wrap. O(n); never throws.
 BadPoints find_bad_points(std::span<const Vec2> points, bool closed, double floor_mm);
 
 }  // namespace cmm::fitting

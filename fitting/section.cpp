@@ -11,7 +11,6 @@
 #include "fitting/contour.hpp"
 #include "fitting/ordering.hpp"
 #include "fitting/outliers.hpp"
-#include "fitting/runs.hpp"
 #include "fitting/smoothing.hpp"
 
 namespace cmm::fitting {
@@ -19,10 +18,11 @@ namespace {
 
 using core::ErrorCode;
 
-constexpr double reject_share = 1.5;   // of the threshold: the curve may be off where the sampling is sparse
-constexpr double restore_share = 0.6;  // of the threshold: below it a point that its neighbours accused is good
-constexpr double clear_share = 2.0;    // of the threshold: above it the good neighbours' word stands
-constexpr int most_rounds = 5;         // of fit, reject, restore
+constexpr double reject_share = 1.5;  // of the threshold: the curve may be off where the sampling is sparse
+constexpr double restore_sigmas =
+    3.0;                             // of the noise: so near to the curve a point that its neighbours accused is good
+constexpr double clear_share = 1.5;  // of the threshold: above it the good neighbours' word stands
+constexpr int most_rounds = 3;       // of fit, reject, restore
 constexpr double most_bad_share = 0.2;
 constexpr int most_cuts = 4;              // tangles are cut so often
 constexpr double turning_back_rad = 2.2;  // from one step to the next
@@ -69,7 +69,6 @@ class SectionFitter {
 
     core::Status fit_centre_curve() {
         BadPoints found = find_bad_points(points_, true, options_.reject_floor_mm);
-        mark_bad_runs(points_, true, options_.reject_floor_mm, found);
         if (static_cast<double>(found.count) > most_bad_share * static_cast<double>(points_.size()) - 1.0)
             return core::fail(ErrorCode::fit_not_evaluable,
                               "section: too many points disagree with their neighbours (" +
@@ -94,10 +93,10 @@ class SectionFitter {
     core::Status fit_rounds(const BadPoints& found, int cuts) {
         for (int round = 0; round < most_rounds; ++round) {
             collect_good_points();
-            auto smooth = smooth_closed(good_, round == 0 ? Stiffness::stiff : Stiffness::supple);
+            auto smooth = smooth_closed(good_);
             if (!smooth) return tl::unexpected(smooth.error());
             smooth_ = std::move(*smooth);
-            if (cuts > 0 || (!revise_verdicts(found, round) && round > 0)) break;
+            if (cuts > 0 || !revise_verdicts(found)) break;
         }
         return {};
     }
@@ -143,10 +142,9 @@ class SectionFitter {
             if (reason_[k] == RejectReason::none) good_.push_back(points_[k]);
     }
 
-    /// Checks every point against the fitted curve (A9): runs that the neighbours excused are rejected, good points
-    /// that bad neighbours accused come back. False when nothing changed.
-    bool revise_verdicts(const BadPoints& found, int round) {
-        const std::vector<double>& threshold = found.threshold_mm;
+    /// Checks every point against the fitted curve (A9): what the neighbours excused is rejected, good points that bad
+    /// neighbours accused come back. False when nothing changed.
+    bool revise_verdicts(const BadPoints& found) {
         bool changed = false;
         std::size_t good = 0;
         double near = smooth_.parameter.back();
@@ -154,16 +152,16 @@ class SectionFitter {
             if (reason_[k] == RejectReason::none) {
                 near = smooth_.parameter[good];
                 residual_[k] = smooth_.residual[good];
-                const bool far_off = !found.corner[k] && std::abs(residual_[k]) > reject_share * threshold[k];
+                const bool far_off = !found.corner[k] && std::abs(residual_[k]) > reject_share * found.threshold_mm[k];
                 if (const std::size_t at = good++; !far_off || std::abs(residual_[k]) <= 4.0 * misfit_near(at))
                     continue;
                 reason_[k] = RejectReason::fit_residual;
                 changed = true;
             } else {
                 residual_[k] = distance_near(points_[k], near);
-                // The stiff first curve is no witness for the accused, nor is any curve against clear neighbours.
-                const bool clear = std::abs(found.residual[k]) > clear_share * threshold[k];
-                if (round == 0 || clear || std::abs(residual_[k]) > restore_share * threshold[k]) continue;
+                // No curve is a witness against clear neighbours.
+                const bool clear = std::abs(found.residual[k]) > clear_share * found.threshold_mm[k];
+                if (clear || std::abs(residual_[k]) > restore_sigmas * found.sigma_mm) continue;
                 reason_[k] = RejectReason::none;
                 changed = true;
             }

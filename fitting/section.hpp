@@ -26,8 +26,8 @@ std::string_view to_string(RejectReason reason) noexcept;
 struct SectionOptions {
     double ball_radius_mm = 1.0;        ///< 0: the points lie on the part
     std::size_t contour_points = 2400;  ///< at least 2000 in the files of the contract
-    double reject_floor_mm = 0.010;   ///< never reject below this residual (A8's epsilon is max(floor, robust scatter))
-    double closing_gap_factor = 6.0;  ///< open when the gap exceeds this many local point spacings
+    double reject_floor_mm = 0.002;     ///< never reject below this residual; the noise asks for more from 0.4 um on
+    double closing_gap_factor = 6.0;    ///< open when the gap exceeds this many local point spacings
     std::optional<Eigen::Vector2d>
         le_hint;  ///< a point near the LE (from the nominal); otherwise the larger edge radius is LE
     std::optional<Eigen::Vector2d> te_hint;

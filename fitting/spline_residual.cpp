@@ -14,10 +14,10 @@ double arc_of_chord(double chord, double turn) {
 
 }  // namespace
 
-double spline_residual(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d, const Vec2& p) {
+SplineResidual spline_residual(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d, const Vec2& p) {
     const Vec2 ab = b - a, bc = c - b, cd = d - c;
     const double h0 = ab.norm(), gap = bc.norm(), h2 = cd.norm();
-    if (!(h0 > 0.0) || !(gap > 0.0) || !(h2 > 0.0)) return 0.0;
+    if (!(h0 > 0.0) || !(gap > 0.0) || !(h2 > 0.0)) return {};
     // The turn over the gap, as its share of the turn between the outer chords.
     const double sine = cross(ab, cd) / (h0 * h2), whole_turn = ab.dot(cd) > 0.0 ? sine : std::copysign(1.5, sine);
     const double h1 = arc_of_chord(gap, whole_turn * gap / (gap + 0.5 * (h0 + h2)));
@@ -35,7 +35,12 @@ double spline_residual(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& 
         t = std::clamp(t + (p - at(t)).dot(v) / std::max(v.squaredNorm(), 1e-12), -h0, h1 + h2);
     }
     const Vec2 off = p - at(t);
-    return std::copysign(off.norm(), off.dot(right_normal(slope(t))));
+    // The weights of a, b, c, d in the cubic (Lagrange) carry their noise into the distance.
+    const double ta = t + h0, tc = t - h1, td = t - h1 - h2, ac = h0 + h1, ad = ac + h2, bd = h1 + h2;
+    const double wa = -t * tc * td / (h0 * ac * ad), wb = ta * tc * td / (h0 * h1 * bd);
+    const double wc = -ta * t * td / (ac * h1 * h2), wd = ta * t * tc / (ad * bd * h2);
+    return {std::copysign(off.norm(), off.dot(right_normal(slope(t)))),
+            std::sqrt(1.0 + wa * wa + wb * wb + wc * wc + wd * wd)};
 }
 
 }  // namespace cmm::fitting

@@ -5,8 +5,13 @@
 
 namespace cmm::fitting {
 
-/// Signed distance of `p` to the cubic through two points before (a, b) and two after it (c, d) (seed 000, A8);
-/// positive on the right-hand side of the travel.
-double spline_residual(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d, const Vec2& p);
+/// Distance of a point to the cubic through its neighbours.
+struct SplineResidual {
+    double distance_mm = 0.0;  ///< positive on the right-hand side of the travel
+    double gain = 1.0;         ///< standard deviation of the distance / standard deviation of a point
+};
+
+/// The distance of `p` to the cubic through two points before (a, b) and two after it (c, d) (seed 000, A8).
+SplineResidual spline_residual(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d, const Vec2& p);
 
 }  // namespace cmm::fitting

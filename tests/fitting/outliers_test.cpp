@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fitting/outliers.hpp"
+#include "fitting/spline_residual.hpp"
 
 #include <gtest/gtest.h>
 
@@ -22,11 +23,11 @@ std::vector<Vec2> circle(std::size_t n, double radius, double sigma, std::uint64
 
 TEST(SplineResidual, IsTheSignedDistanceToTheNeighboursSpline) {
     const Vec2 a(0, 0), b(1, 0), c(3, 0), d(4, 0);
-    EXPECT_NEAR(spline_residual(a, b, c, d, {2, -0.3}), 0.3, 1e-12) << "positive on the right";
-    EXPECT_NEAR(spline_residual(a, b, c, d, {2, 0.2}), -0.2, 1e-12);
-    EXPECT_EQ(spline_residual(a, a, c, d, {2, 0.2}), 0.0) << "no direction, no verdict";
+    EXPECT_NEAR(spline_residual(a, b, c, d, {2, -0.3}).distance_mm, 0.3, 1e-12) << "positive on the right";
+    EXPECT_NEAR(spline_residual(a, b, c, d, {2, 0.2}).distance_mm, -0.2, 1e-12);
+    EXPECT_EQ(spline_residual(a, a, c, d, {2, 0.2}).distance_mm, 0.0) << "no direction, no verdict";
     const auto at = [](double angle) { return Vec2(std::cos(angle), std::sin(angle)); };
-    EXPECT_NEAR(spline_residual(at(-0.2), at(-0.1), at(0.1), at(0.2), 1.05 * at(0.0)), 0.05, 1e-4);
+    EXPECT_NEAR(spline_residual(at(-0.2), at(-0.1), at(0.1), at(0.2), 1.05 * at(0.0)).distance_mm, 0.05, 1e-4);
 }
 
 TEST(BadPoints, SinglesAndRunsOfThreeAreFoundExactly) {
@@ -42,7 +43,7 @@ TEST(BadPoints, SinglesAndRunsOfThreeAreFoundExactly) {
                 bad[i] = 1;
             }
         }
-        const auto found = find_bad_points(points, true, 0.010);
+        const auto found = find_bad_points(points, true, 0.002);
         EXPECT_EQ(found.bad, bad) << "seed " << seed;
         EXPECT_NEAR(found.sigma_mm, 0.001, 0.0006);
     }
@@ -51,14 +52,14 @@ TEST(BadPoints, SinglesAndRunsOfThreeAreFoundExactly) {
 TEST(BadPoints, GoodPointsStay) {
     std::size_t rejected = 0;
     for (std::uint64_t seed = 0; seed < 100; ++seed)
-        rejected += find_bad_points(circle(300, 1.2, 0.001, seed), true, 0.010).count;
+        rejected += find_bad_points(circle(300, 1.2, 0.001, seed), true, 0.002).count;
     EXPECT_EQ(rejected, 0U) << "of 30000";
 }
 
 TEST(BadPoints, TextureRaisesTheThreshold) {
     std::size_t rejected = 0;
     for (std::uint64_t seed = 0; seed < 50; ++seed)
-        rejected += find_bad_points(circle(400, 8.0, 0.010, seed), true, 0.010).count;
+        rejected += find_bad_points(circle(400, 8.0, 0.010, seed), true, 0.002).count;
     EXPECT_LE(rejected, 40U) << "of 20000, rms 10 um";
 }
 
@@ -69,7 +70,7 @@ TEST(BadPoints, DenseScansAreJudgedInInterleavedChains) {
         points[i] *= 1.0 + 0.12 / 3.0;
         bad[i] = 1;
     }
-    EXPECT_EQ(find_bad_points(points, true, 0.010).bad, bad);
+    EXPECT_EQ(find_bad_points(points, true, 0.002).bad, bad);
 }
 
 TEST(BadPoints, OpenChainsAreJudgedToo) {
@@ -78,9 +79,20 @@ TEST(BadPoints, OpenChainsAreJudgedToo) {
         line.emplace_back(0.2 * i, 0.0);
     line[0].y() = 0.2;  // no neighbours on one side: found through the points that it disturbs
     line[15].y() = 0.2;
-    const auto found = find_bad_points(line, false, 0.010);
+    const auto found = find_bad_points(line, false, 0.002);
     EXPECT_EQ(found.count, 2U);
     EXPECT_TRUE(found.bad[0] && found.bad[15]);
+}
+
+TEST(BadPoints, ACornerKeepsItsPointsAndLosesItsBadOne) {
+    std::vector<Vec2> chain;
+    for (int i = -20; i <= 20; ++i)
+        chain.emplace_back(0.3 * i, i < 0 ? 0.0 : 0.2 * i);
+    EXPECT_EQ(find_bad_points(chain, false, 0.002).count, 0U);
+    chain[20].y() -= 0.08;  // the corner itself
+    const auto found = find_bad_points(chain, false, 0.002);
+    EXPECT_TRUE(found.bad[20]);
+    EXPECT_EQ(found.count, 1U);
 }
 
 TEST(BadPoints, GarbageEndsInTime) {
@@ -88,10 +100,10 @@ TEST(BadPoints, GarbageEndsInTime) {
     std::vector<Vec2> points;
     for (int i = 0; i < 5000; ++i)
         points.emplace_back(rng.uniform(-10, 10), rng.uniform(-10, 10));
-    const auto found = find_bad_points(points, true, 0.010);
+    const auto found = find_bad_points(points, true, 0.002);
     EXPECT_EQ(found.bad.size(), points.size());
-    EXPECT_EQ(find_bad_points(std::vector<Vec2>(50, Vec2(1, 1)), true, 0.010).count, 0U);
-    EXPECT_EQ(find_bad_points({}, true, 0.010).count, 0U);
+    EXPECT_EQ(find_bad_points(std::vector<Vec2>(50, Vec2(1, 1)), true, 0.002).count, 0U);
+    EXPECT_EQ(find_bad_points({}, true, 0.002).count, 0U);
 }
 
 }  // namespace
