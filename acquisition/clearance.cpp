@@ -94,6 +94,7 @@ std::vector<Vector2d> corners_between(const Vector2d& from, const Vector2d& to, 
     }
     std::sort(passed.begin(), passed.end(), [](const auto& x, const auto& y) { return x.first < y.first; });
     std::vector<Vector2d> corners;
+    corners.reserve(passed.size());
     for (const auto& [distance, point] : passed)
         corners.push_back(point);
     return corners;
