@@ -67,6 +67,8 @@ OrthogonalFit<Shape> fit_orthogonal(const OrthogonalData& data, const Shape& sta
     constexpr int most_rounds = 15;
     constexpr double last_step = 1e-7;  // mm and rad: what then is missing is some powers of ten smaller
     constexpr double still = 1e-6;      // of the sum of squares
+    constexpr int last_rounds = 2;
+    constexpr double longest_last_step = 1e-2;  // mm and rad: farther, the undamped step is not trusted
     OrthogonalFit<Shape> fit{start};
     if (!start.valid()) return fit;
     OrthogonalSums<Shape> now(start, data);
@@ -93,6 +95,14 @@ OrthogonalFit<Shape> fit_orthogonal(const OrthogonalData& data, const Shape& sta
         damping *= 10.0;
     }
     if (!current) now = OrthogonalSums<Shape>(fit.shape, data);
+    // At the minimum the sums differ by rounding only and cannot judge a step any more: the last steps are not asked.
+    for (int round = 0; round < last_rounds && fit.converged; ++round) {
+        const typename Shape::Values step = now.matrix.ldlt().solve(now.rhs);
+        const Shape next(fit.shape.values() + step);
+        if (!next.valid() || !(step.cwiseAbs().maxCoeff() < longest_last_step)) break;
+        fit.shape = next;
+        now = OrthogonalSums<Shape>(fit.shape, data);
+    }
     fit.squares = now.squares;
     fit.normal = now.matrix;
     return fit;
