@@ -19,7 +19,8 @@ struct Lap {
     bool was_clockwise = false;
 };
 
-/// Keeps the points that are finite, wanted and not repeated; `duplicate[i]` says which were repeated.
+/// Keeps the points that are finite, wanted and not repeated; `duplicate[i]` says which lie on or right beside (2 % of
+/// the median spacing) their predecessor.
 std::vector<std::size_t> usable_points(std::span<const Vec2> points, std::span<const char> excluded,
                                        std::vector<char>& duplicate);
 

@@ -20,7 +20,8 @@ using core::ErrorCode;
 
 constexpr double reject_share = 1.5;  // of the threshold: the curve may be off where the sampling is sparse
 constexpr double restore_sigmas =
-    3.0;                             // of the noise: so near to the curve a point that its neighbours accused is good
+    3.0;  // of the noise: so near to the curve a point that its neighbours accused is good
+constexpr double same_place_mm = 1e-6;
 constexpr double clear_share = 1.5;  // of the threshold: above it the good neighbours' word stands
 constexpr int most_rounds = 3;       // of fit, reject, restore
 constexpr double most_bad_share = 0.2;
@@ -55,12 +56,23 @@ class SectionFitter {
             excluded[i] = fit_.verdicts[i].reason != RejectReason::none;
         }
         const auto usable = usable_points(centres_, excluded, duplicate);
-        for (std::size_t i = 0; i < centres_.size(); ++i)
-            if (duplicate[i]) fit_.verdicts[i].reason = RejectReason::duplicate;
+        // A point on the spot of its predecessor tells nothing; one beside it is judged by the curve, like an overlap.
+        std::vector<std::size_t> beside;
+        const Vec2* before = nullptr;
+        for (std::size_t i = 0; i < centres_.size(); ++i) {
+            if (duplicate[i] && before && (centres_[i] - *before).norm() > same_place_mm) {
+                beside.push_back(i);
+            } else if (duplicate[i]) {
+                fit_.verdicts[i].reason = RejectReason::duplicate;
+            } else if (!excluded[i]) {
+                before = &centres_[i];
+            }
+        }
         auto lap = order_lap(centres_, usable, options_.closing_gap_factor, options_.reject_floor_mm);
         if (!lap) return tl::unexpected(lap.error());
         index_ = std::move(lap->index);
         again_ = std::move(lap->again);
+        again_.insert(again_.end(), beside.begin(), beside.end());
         for (const std::size_t i : index_)
             points_.push_back(centres_[i]);
         fit_.closed = true;
