@@ -54,6 +54,16 @@ TEST(Questions, AMachineIsAskedForItsLimitsAndWhatItIs) {
     EXPECT_NE(printed.out.find("cmmlive sim SIM-0001"), std::string::npos) << printed.out;
     EXPECT_NE(printed.out.find("modbus+tcp"), std::string::npos) << printed.out;
 
+    const auto dry = run({cmmlive(), "scan", "--machine", machine.url(), "--part", demo_part, "--dry-run"});
+    EXPECT_EQ(dry.exit_code, 0) << dry.err;
+    EXPECT_EQ(dry.out, run({cmmlive(), "plan", "--machine", machine.url(), "--part", demo_part}).out);
+    EXPECT_EQ(machine.end().exit_code, 0);
+    EXPECT_TRUE(read_csv(machine.log()).empty()) << "something was measured";
+}
+
+TEST(Questions, APartBeyondTheMachinesTravelIsRefused) {
+    const TemporaryFolder folder;
+    SimulatedMachine machine(demo_part, folder);
     // A blade that stands higher than the machine reaches.
     auto text = core::read_file(demo_part);
     ASSERT_TRUE(text);
