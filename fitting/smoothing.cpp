@@ -27,6 +27,7 @@ constexpr double common_sigma_mm = 1e-3;
 constexpr double start_ridge = 1e-3;  // weight of the third differences in the start curve, in points
 constexpr double start_roughness = 1e-6;
 constexpr int rounds = 2, tunings = 7, last_tunings = 2;
+constexpr double least_speed = 0.05;  // of the parameter, which is nearly a length; below it the curve has a cusp
 constexpr double longest_period_mm = 1e7;
 
 /// Median of n values, which are reordered.
@@ -230,14 +231,16 @@ class Smoother {
             Vec2 d1;
             std::size_t span = span_of(t_[i]);
             const Vec2 off = points_[i] - at(span, t_[i] - breaks_[span], d1);
-            double t = t_[i] + std::clamp(off.dot(d1) / d1.squaredNorm(), -0.01 * period_, 0.01 * period_);
+            double t = t_[i] + std::clamp(off.dot(d1) / std::max(d1.squaredNorm(), least_speed * least_speed),
+                                          -0.01 * period_, 0.01 * period_);
             if (t < first) t += period_;
             if (t >= last) t -= period_;
             t_[i] = t;
             span = span_of(t);
             span_[i] = static_cast<std::uint32_t>(span);
             const double u = t - breaks_[span];
-            residual_[i] = cross(points_[i] - at(span, u, d1), d1) / d1.norm();
+            const Vec2 apart = points_[i] - at(span, u, d1);
+            residual_[i] = cross(apart, d1) / std::max(d1.norm(), 1e-12);
             basis_[i] = least_squares_.basis(span).at(u / width(span));
         }
         measure_jumps();
@@ -253,7 +256,7 @@ class Smoother {
             const double h = width(k), u = 0.5 * h;
             const PiecewiseCubic::Piece& c = curve_.pieces()[k];
             const Vec2 d1 = c[1] + u * (2.0 * c[2] + 3.0 * u * c[3]), d2 = 2.0 * c[2] + 6.0 * u * c[3], d3 = 6.0 * c[3];
-            const double speed = d1.norm(), cube = speed * speed * speed;
+            const double speed = std::max(d1.norm(), least_speed), cube = speed * speed * speed;
             const double curvature = cross(d1, d2) / cube;
             slope_[k] = (cross(d1, d3) / cube - 3.0 * cross(d1, d2) * d1.dot(d2) / (cube * speed * speed)) / speed;
             length[k] = h * speed;
