@@ -17,8 +17,8 @@ using fitting::ContourPoint;
 // A foot whose normal is more than 60 degrees away lies on another side of the blade.
 constexpr double same_side_cosine = 0.5;
 constexpr std::size_t station_count = 2400;
-constexpr std::size_t window_stations = 6;  // either way; a contour advances by about one from point to point
-constexpr double undirected_mm = 1e-5;      // nearer than this the way to the foot says nothing about its normal
+constexpr double texture_mm = 5e-3;     // in a hollow less deep than this the ball's own arc is the nominal
+constexpr double undirected_mm = 1e-5;  // nearer than this the way to the foot says nothing about its normal
 
 /// The lean at even shares of the contour's length: that of the point before.
 std::vector<double> leans_by_length(const NominalContour& contour) {
@@ -60,76 +60,73 @@ double ReferenceContour::station_mm(std::size_t i) const {
     return curve_.length() * static_cast<double>(i) / static_cast<double>(station_count);
 }
 
-/// Consecutive points of a contour are near each other: the last foot's surroundings are searched first.
-class ReferenceContour::Walk {
-  public:
-    static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+const fitting::Hollow* ReferenceContour::hollow_below(const ContourPoint& point) const {
+    const auto below = std::find_if(hollows_.begin(), hollows_.end(), [&](const auto& hollow) {
+        return hollow.bridges(point.position_mm, point.normal);
+    });
+    return below != hollows_.end() ? &*below : nullptr;
+}
 
-    explicit Walk(const ReferenceContour& reference) : stations_(reference.stations_) {}
-
-    /// The nearest station on the point's side; `none` where no normal agrees.
-    std::size_t to(const ContourPoint& point) {
-        auto best = nearest(point, last_ + station_count - window_stations, 2 * window_stations + 1);
-        const auto ahead = (best + station_count - last_) % station_count;
-        const bool at_border = ahead == window_stations || ahead == station_count - window_stations;
-        if (!started_ || best == none || at_border) best = nearest(point, 0, station_count);
-        if (best == none) return none;
-        started_ = true;
-        last_ = best;
-        return best;
-    }
-
-  private:
-    std::size_t nearest(const ContourPoint& point, std::size_t first, std::size_t count) const {
-        std::size_t best = none;
-        double best_squared = std::numeric_limits<double>::max();
-        for (std::size_t k = 0; k < count; ++k) {
-            const auto i = (first + k) % station_count;
-            const double squared = (stations_[i].position - point.position_mm).squaredNorm();
-            if (squared < best_squared && stations_[i].reached &&
-                stations_[i].normal.dot(point.normal) >= same_side_cosine) {
-                best = i;
-                best_squared = squared;
-            }
-        }
-        return best;
-    }
-
-    const std::vector<Station>& stations_;
-    std::size_t last_ = 0;
-    bool started_ = false;
-};
+const ReferenceContour::Station& ReferenceContour::station_at(double s_mm) const {
+    const auto i = static_cast<std::size_t>(std::lround(s_mm / curve_.length() * static_cast<double>(station_count)));
+    return stations_[i % station_count];
+}
 
 /// The way from the foot to the point is the normal already.
-Vector2d ReferenceContour::normal_at(const fitting::ClosestPoint& foot, const Vector2d& point) const {
-    if (std::abs(foot.distance_mm) < undirected_mm) return curve_.evaluate(foot.s_mm).normal;
-    return (point - foot.foot) / foot.distance_mm;
+bool ReferenceContour::on_same_side(const fitting::ClosestPoint& foot, const ContourPoint& point) const {
+    const Vector2d normal = std::abs(foot.distance_mm) < undirected_mm
+                                ? curve_.evaluate(foot.s_mm).normal
+                                : Vector2d((point.position_mm - foot.foot) / foot.distance_mm);
+    return normal.dot(point.normal) >= same_side_cosine;
+}
+
+/// The station that is nearest on the point's side, among those that the ball reaches.
+const ReferenceContour::Station* ReferenceContour::nearest_station(const ContourPoint& point) const {
+    const Station* best = nullptr;
+    double best_squared = std::numeric_limits<double>::max();
+    for (const Station& station : stations_) {
+        const double squared = (station.position - point.position_mm).squaredNorm();
+        if (squared >= best_squared || !station.reached || station.normal.dot(point.normal) < same_side_cosine)
+            continue;
+        best = &station;
+        best_squared = squared;
+    }
+    return best;
+}
+
+/// The nearest foot of all is nearly always on the point's side. Where it is not (a thin edge, a hollow) the search
+/// goes over the stations; where no normal agrees either, the nearest foot is all there is.
+ReferenceContour::Match ReferenceContour::match(const ContourPoint& point, const fitting::ClosestPoint& foot) const {
+    const auto good = [&](const fitting::ClosestPoint& f) {
+        return on_same_side(f, point) && station_at(f.s_mm).reached;
+    };
+    if (good(foot)) return {foot.distance_mm, station_at(foot.s_mm).offset_error_mm};
+    const Station* station = nearest_station(point);
+    if (station == nullptr) return {foot.distance_mm, 0.0};
+    const Vector2d& p = point.position_mm;
+    const auto beside = curve_.closest(p, station_mm(static_cast<std::size_t>(station - stations_.data())));
+    return {good(beside) ? beside.distance_mm : (p - station->position).dot(station->normal), station->offset_error_mm};
 }
 
 std::vector<std::optional<double>> ReferenceContour::compare(std::span<ContourPoint> contour) const {
-    std::vector<std::optional<double>> deviations;
-    deviations.reserve(contour.size());
-    Walk walk(*this);
-    for (auto& point : contour) {
-        const Vector2d& p = point.position_mm;
-        const auto nearest = walk.to(point);
-        const bool in_hollow = !point.reached || std::any_of(hollows_.begin(), hollows_.end(), [&](const auto& hollow) {
-            return hollow.bridges(p, point.normal);
-        });
-        if (nearest == Walk::none) {
-            deviations.push_back(in_hollow ? std::nullopt : std::optional(curve_.closest(p).distance_mm));
-            continue;
-        }
-        const Station& station = stations_[nearest];
-        point.offset_error_mm = station.offset_error_mm;
+    std::vector<Vector2d> positions;
+    for (const auto& point : contour)
+        positions.push_back(point.position_mm);
+    std::vector<fitting::ClosestPoint> feet(contour.size());
+    curve_.closest(positions, feet);
+    std::vector<std::optional<double>> deviations(contour.size());
+    for (std::size_t i = 0; i < contour.size(); ++i) {
+        ContourPoint& point = contour[i];
+        const Match matched = match(point, feet[i]);
+        point.offset_error_mm = matched.offset_error_mm;
         point.u95_mm += point.offset_error_mm;
-        if (in_hollow) {
-            deviations.emplace_back();
-            continue;
+        if (!point.reached) continue;
+        const fitting::Hollow* hollow = hollow_below(point);
+        if (hollow == nullptr) {
+            deviations[i] = matched.deviation_mm;
+        } else if (hollow->depth_mm < texture_mm) {
+            deviations[i] = hollow->radius_mm - (point.position_mm - hollow->centre).norm();
         }
-        const auto foot = curve_.closest(p, station_mm(nearest));
-        const bool same_side = normal_at(foot, p).dot(point.normal) >= same_side_cosine;
-        deviations.emplace_back(same_side ? foot.distance_mm : (p - station.position).dot(station.normal));
     }
     return deviations;
 }

@@ -15,8 +15,9 @@
 namespace cmm::acquisition {
 
 /// A nominal contour as a measured one can be compared with it: reduced to what the ball can touch, and with the lean
-/// of the surface. In its hollows (concave corners and steps sharper than the ball) nothing is compared. Made once per
-/// section, with all that does not depend on the measurement; immutable, any thread; part frame, mm.
+/// of the surface. In its hollows (concave corners and steps sharper than the ball) nothing is compared, unless they
+/// are shallower than 5 um: there the ball's own arc is the nominal. Made once per section, with all that does not
+/// depend on the measurement; immutable, any thread; part frame, mm.
 class ReferenceContour {
   public:
     ReferenceContour(const NominalContour& contour, fitting::ClosedCurve curve, double ball_radius_mm);
@@ -37,10 +38,16 @@ class ReferenceContour {
         double offset_error_mm;
         bool reached;
     };
-    class Walk;
+    struct Match {
+        double deviation_mm, offset_error_mm;
+    };
 
     double station_mm(std::size_t i) const;
-    Eigen::Vector2d normal_at(const fitting::ClosestPoint& foot, const Eigen::Vector2d& point) const;
+    const Station& station_at(double s_mm) const;
+    const Station* nearest_station(const fitting::ContourPoint& point) const;
+    bool on_same_side(const fitting::ClosestPoint& foot, const fitting::ContourPoint& point) const;
+    Match match(const fitting::ContourPoint& point, const fitting::ClosestPoint& foot) const;
+    const fitting::Hollow* hollow_below(const fitting::ContourPoint& point) const;
 
     std::vector<Eigen::Vector2d> points_;
     fitting::ClosedCurve curve_;

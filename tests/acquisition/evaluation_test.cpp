@@ -128,18 +128,42 @@ TEST(Evaluation, LeanWidensTheUncertainty) {
     EXPECT_LE(wrong, 4U) << "only where the zones meet";
 }
 
+fitting::PiecewiseCubic polygon(const std::vector<Eigen::Vector2d>& corners) {
+    std::vector<fitting::PiecewiseCubic::Piece> sides;
+    std::vector<double> breaks{0.0};
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+        const Eigen::Vector2d side = corners[(i + 1) % corners.size()] - corners[i];
+        sides.push_back({corners[i], side.normalized(), Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()});
+        breaks.push_back(breaks.back() + side.norm());
+    }
+    return {breaks, sides, true};
+}
+
+/// What the ball touches of a part (20 mm long, 4 mm thick) that is thicker everywhere.
+fitting::SectionFit touched(const fitting::PiecewiseCubic& outline, double ball_radius_mm, double thicker_mm) {
+    fitting::SectionFit fit;
+    fit.closed = true;
+    const auto centres = fitting::offset_spline(outline, ball_radius_mm + thicker_mm, 1e-6).curve;
+    for (const auto& p : fitting::offset_inwards(centres, ball_radius_mm, 6000).points) {
+        fitting::ContourPoint point;
+        point.position_mm = p.position;
+        point.normal = p.normal;
+        const double x = p.position.x();
+        point.zone = x > 19.5 ? Zone::te : x < 0.2 ? Zone::le : p.position.y() > 1.0 ? Zone::suction : Zone::pressure;
+        fit.contour.push_back(point);
+    }
+    return fit;
+}
+
+bool beside_a_corner(const std::vector<Eigen::Vector2d>& corners, const Eigen::Vector2d& at) {
+    return std::any_of(corners.begin(), corners.end(), [&](const auto& corner) { return (corner - at).norm() < 0.02; });
+}
+
 /// A step of a millimetre in a side: the ball rests on its foot and on its wall, and only there nothing is compared.
 TEST(Evaluation, WhereTheBallDoesNotReachNothingIsCompared) {
     const NominalContour part{
         0.0, {{0, 0}, {20, -0.5}, {20.3, 0}, {20, 0.5}, {12, 3}, {12, 4}, {0, 4.3}, {-0.3, 2}}, 0.0, {}};
-    std::vector<fitting::PiecewiseCubic::Piece> sides;
-    std::vector<double> breaks{0.0};
-    for (std::size_t i = 0; i < part.points.size(); ++i) {
-        const Eigen::Vector2d side = part.points[(i + 1) % part.points.size()] - part.points[i];
-        sides.push_back({part.points[i], side.normalized(), Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()});
-        breaks.push_back(breaks.back() + side.norm());
-    }
-    const fitting::PiecewiseCubic outline(breaks, sides, true);
+    const fitting::PiecewiseCubic outline = polygon(part.points);
     const double r = 0.4, thicker = 0.005;
     const ReferenceContour nominal(part, fitting::ClosedCurve(outline), r);
     ASSERT_EQ(nominal.hollows().size(), 1U);
@@ -147,28 +171,17 @@ TEST(Evaluation, WhereTheBallDoesNotReachNothingIsCompared) {
     EXPECT_NEAR(hollow.centre.x(), 12.0 + r, 1e-9);
 
     // Measured: what the ball touches of a part that is 5 um thicker everywhere.
-    fitting::SectionFit fit;
-    fit.closed = true;
-    const auto centres = fitting::offset_spline(outline, r + thicker, 1e-6).curve;
-    std::size_t in_hollow = 0;
-    for (const auto& p : fitting::offset_inwards(centres, r, 6000).points) {
-        fitting::ContourPoint point;
-        point.position_mm = p.position;
-        point.normal = p.normal;
-        const double x = p.position.x();
-        point.zone = x > 19.5 ? Zone::te : x < 0.2 ? Zone::le : p.position.y() > 1.0 ? Zone::suction : Zone::pressure;
-        in_hollow += hollow.bridges(point.position_mm, point.normal) ? 1 : 0;
-        fit.contour.push_back(point);
-    }
+    auto fit = touched(outline, r, thicker);
+    const auto in_hollow =
+        static_cast<std::size_t>(std::count_if(fit.contour.begin(), fit.contour.end(),
+                                               [&](const auto& p) { return hollow.bridges(p.position_mm, p.normal); }));
     EXPECT_GT(in_hollow, 20U);
     const auto result = evaluate_section({}, fit, &nominal, limits());
     EXPECT_EQ(result.not_reached(), in_hollow);
     for (std::size_t i = 0; i < fit.contour.size(); ++i) {
         const auto& at = fit.contour[i].position_mm;
-        const bool beside_a_rim = std::any_of(part.points.begin(), part.points.end(),
-                                              [&](const auto& rim) { return (rim - at).norm() < 0.02; });
         const double d = result.deviation_mm[i].value_or(thicker);
-        EXPECT_NEAR(d, thicker, beside_a_rim ? 1e-3 : 2e-6) << at.transpose();
+        EXPECT_NEAR(d, thicker, beside_a_corner(part.points, at) ? 1e-3 : 2e-6) << at.transpose();
     }
     EXPECT_NEAR(*result.find("profile_suction")->value_mm, 2.0 * thicker, 1e-5);
     EXPECT_NE(result.find("profile_suction")->note.find("the ball does not reach"), std::string::npos);
@@ -179,6 +192,44 @@ TEST(Evaluation, WhereTheBallDoesNotReachNothingIsCompared) {
     const auto bridged = evaluate_section({}, fit, &nominal, limits());
     EXPECT_EQ(bridged.find("profile_suction")->decision, Decision::not_evaluable);
     EXPECT_EQ(bridged.find("profile_pressure")->decision, Decision::accept);
+}
+
+/// The contour across a filled groove is shorter than the nominal's: what follows is compared with its own place.
+TEST(Evaluation, AfterAFilledGrooveTheComparisonGoesOn) {
+    const std::vector<Eigen::Vector2d> filled{{0, 0}, {20, -0.5}, {20.3, 0}, {20, 0.5}, {14, 3}, {11, 3.4}, {-0.3, 2}};
+    NominalContour part{0.0, filled, 0.0, {}};
+    part.points.insert(part.points.begin() + 5, {{14, 2}, {11, 2}});
+    const double r = 0.4;
+    const ReferenceContour nominal(part, fitting::ClosedCurve(polygon(part.points)), r);
+    auto fit = touched(polygon(filled), r, 0.0);
+    const auto deviations = nominal.compare(fit.contour);
+    double filling = 0.0;
+    for (std::size_t i = 0; i < deviations.size(); ++i) {
+        const auto& at = fit.contour[i].position_mm;
+        const bool above_groove = at.x() > 10.9 && at.x() < 14.1 && at.y() > 1.0;
+        if (above_groove) filling = std::max(filling, deviations[i].value_or(0.0));
+        if (above_groove) continue;
+        ASSERT_TRUE(deviations[i]) << at.transpose();
+        EXPECT_NEAR(*deviations[i], 0.0, 2e-6) << at.transpose();
+    }
+    EXPECT_GT(filling, 0.9);
+}
+
+/// Facets make hollows of micrometres: there the ball's arc is the nominal, and nothing is left out.
+TEST(Evaluation, AShallowHollowIsComparedWithTheBall) {
+    const std::vector<Eigen::Vector2d> bent{{0, 0}, {20, -0.5}, {20.3, 0}, {20, 0.5}, {12, 1.3}, {0, 4.3}, {-0.3, 2}};
+    const double r = 1.0, thicker = 0.005;
+    const ReferenceContour nominal({0.0, bent, 0.0, {}}, fitting::ClosedCurve(polygon(bent)), r);
+    ASSERT_EQ(nominal.hollows().size(), 1U);
+    ASSERT_LT(nominal.hollows()[0].depth_mm, 0.005);
+    auto fit = touched(polygon(bent), r, thicker);
+    const auto deviations = nominal.compare(fit.contour);
+    for (std::size_t i = 0; i < deviations.size(); ++i) {
+        const auto& at = fit.contour[i].position_mm;
+        ASSERT_TRUE(deviations[i]) << at.transpose();
+        if (beside_a_corner(bent, at)) continue;
+        EXPECT_NEAR(*deviations[i], thicker, 2e-5) << at.transpose();
+    }
 }
 
 TEST(Evaluation, WithoutANominalThereIsNothingToJudge) {
