@@ -30,4 +30,7 @@ void bench_sections();
 /// Microseconds an offset contour of 2000 points and the offset as a spline, with its true error.
 void bench_offsets();
 
+/// The kernel beside FITPACK, Open CASCADE and SISL, as far as they are here, on the same data: times and errors.
+void bench_peers();
+
 }  // namespace cmm::bench

@@ -46,11 +46,14 @@ void forget_peak_memory() {
 
 }  // namespace cmm::bench
 
-int main() {
+int main(int count, char** arguments) {
     const auto executable = std::filesystem::read_symlink("/proc/self/exe");
+    const std::string only = count > 1 ? arguments[1] : "";
+    const auto wanted = [&](const char* name) { return only.empty() || only == name; };
     std::printf("%-58s %10s  %10s  %10s  %-10s %s\n", "", "min", "median", "max", "unit", "target");
-    cmm::bench::bench_offsets();
-    cmm::bench::bench_sections();
-    cmm::bench::bench_chain((executable.parent_path() / "../../config").string());
+    if (wanted("peers")) cmm::bench::bench_peers();
+    if (wanted("offsets")) cmm::bench::bench_offsets();
+    if (wanted("sections")) cmm::bench::bench_sections();
+    if (wanted("chain")) cmm::bench::bench_chain((executable.parent_path() / "../../config").string());
     return 0;
 }
