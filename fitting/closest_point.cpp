@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "fitting/bernstein_signs.hpp"
+
 namespace cmm::fitting {
 namespace {
 
@@ -18,24 +20,6 @@ constexpr double indifferent_mm = 1e-10;
 
 Vec2 offset_at(const Vec2& b, const Vec2& c, const Vec2& d, const Vec2& q, double w) {
     return ((w * d + c) * w + b) * w - q;
-}
-
-/// Bit i: coefficient i is negative.
-unsigned negative_signs(const std::array<double, 6>& beta) {
-    unsigned bits = 0;
-    for (unsigned i = 0; i < 6; ++i)
-        bits |= static_cast<unsigned>(beta[i] < 0.0) << i;
-    return bits;
-}
-
-constexpr unsigned all_negative = 63;
-/// Negative first, then positive: one minimum inside (variation diminution: as many roots as sign changes, or fewer by
-/// an even number).
-constexpr bool one_minimum(unsigned negative) {
-    return (negative & (negative + 1)) == 0;
-}
-constexpr bool one_maximum(unsigned negative) {
-    return one_minimum(~negative & all_negative);
 }
 
 /// Zero of the control polygon: near the root, as the polygon is near the curve.
@@ -113,6 +97,10 @@ CurveFoot ClosestPointIndex::closest(const Vec2& point, std::size_t hint) const 
     if (hint < leaves_.size()) visit(point, hint, best);
     for (std::size_t group = 0; group < levels_.back().size(); ++group)
         search(point, levels_.size() - 1, group, hint, best);
+    return foot_of(best);
+}
+
+CurveFoot ClosestPointIndex::foot_of(const Best& best) const {
     const Leaf& leaf = leaves_[best.leaf];
     return {best.leaf, leaf.from + best.w * leaf.width, best.squared};
 }
@@ -121,13 +109,13 @@ CurveFoot ClosestPointIndex::closest(const Vec2& point, std::size_t hint) const 
 void ClosestPointIndex::search(const Vec2& point, std::size_t level, std::size_t group, std::size_t skip,
                                Best& best) const {
     const Group& boxes = levels_[level][group];
-    using Eight = Eigen::Array<double, group_size, 1>;
-    using Stored = Eigen::Map<const Eight>;
-    const Eight dx = (Stored(boxes.low_x.data()) - point.x()).max(point.x() - Stored(boxes.high_x.data())).max(0.0);
-    const Eight dy = (Stored(boxes.low_y.data()) - point.y()).max(point.y() - Stored(boxes.high_y.data())).max(0.0);
-    const Eight distances = dx * dx + dy * dy;
+    using Sides = Eigen::Array<double, group_size, 1>;
+    using Stored = Eigen::Map<const Sides>;
+    const Sides dx = (Stored(boxes.low_x.data()) - point.x()).max(point.x() - Stored(boxes.high_x.data())).max(0.0);
+    const Sides dy = (Stored(boxes.low_y.data()) - point.y()).max(point.y() - Stored(boxes.high_y.data())).max(0.0);
+    const Sides distances = dx * dx + dy * dy;
     std::array<double, group_size> squared;
-    Eigen::Map<Eight>(squared.data()) = distances;
+    Eigen::Map<Sides>(squared.data()) = distances;
     unsigned open = 0;
     for (std::size_t j = 0; j < group_size; ++j)
         open |= static_cast<unsigned>(squared[j] < best.squared) << j;
@@ -187,16 +175,17 @@ std::vector<std::uint32_t> ClosestPointIndex::neighbours_first(std::span<const V
 void ClosestPointIndex::visit(const Vec2& point, std::size_t leaf, Best& best) const {
     const Leaf& span = leaves_[leaf];
     const Vec2 q = point - span.start;
+    using Six = Eigen::Array<double, 6, 1>;
+    using Stored = Eigen::Map<const Six>;
+    const Six coefficients =
+        Stored(span.constant.data()) - (q.x() * Stored(span.vx.data()) + q.y() * Stored(span.vy.data()));
     Bernstein beta;
-    for (std::size_t i = 0; i < 6; ++i)
-        beta[i] = span.constant[i] - (q.x() * span.vx[i] + q.y() * span.vy[i]);
+    Eigen::Map<Six>(beta.data()) = coefficients;
     const unsigned negative = negative_signs(beta);
     const double start = q.squaredNorm();
     if (one_minimum(negative) && negative != 0 && negative != all_negative) {
         // |C - p|^2 has the Bernstein coefficients start + (1/3) (beta_0 + ... + beta_i): the least is a bound.
-        double bound = start;
-        for (const double value : beta)
-            bound += std::min(value, 0.0) / 3.0;
+        const double bound = start + coefficients.min(0.0).sum() * (1.0 / 3.0);
         if (bound < best.squared) solve(span, q, 0.0, 1.0, polygon_zero(beta, negative), leaf, best);
         return;
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -31,25 +32,28 @@ class ClosestPointIndex {
     /// start and an infinite squared distance.
     CurveFoot closest(const Vec2& point, std::size_t hint = 0) const;
 
-    /// visit(i, foot of points[i]) for all points, in an order in which neighbours follow each other.
+    /// visit(i, foot of points[i]) for all points, in an order in which neighbours follow each other. Eight are
+    /// searched at a time, in vector lanes.
     template <class Visit>
     void for_each(std::span<const Vec2> points, Visit&& visit) const {
-        std::size_t hint = 0;
-        const auto one = [&](std::size_t i) {
-            const CurveFoot foot = closest(points[i], hint);
-            hint = foot.span;
-            visit(i, foot);
-        };
         const std::vector<std::uint32_t> order = neighbours_first(points);
-        if (order.empty())
-            for (std::size_t i = 0; i < points.size(); ++i)
-                one(i);
-        else
-            for (const std::uint32_t i : order)
-                one(i);
+        const auto place = [&](std::size_t i) { return order.empty() ? i : order[i]; };
+        Eight block;
+        std::size_t hint = 0;
+        for (std::size_t first = 0; first < points.size(); first += block.size()) {
+            const std::size_t count = std::min(block.size(), points.size() - first);
+            for (std::size_t k = 0; k < block.size(); ++k)
+                block[k] = points[place(first + std::min(k, count - 1))];
+            const std::array<CurveFoot, 8> feet = closest(block, hint);
+            hint = feet[count - 1].span;
+            for (std::size_t k = 0; k < count; ++k)
+                visit(place(first + k), feet[k]);
+        }
     }
 
   private:
+    using Eight = std::array<Vec2, 8>;
+
     /// A span over w in [0, 1] from its own start, and g in Bernstein form: beta_i = constant[i] - q . (vx[i], vy[i]),
     /// where q is the asked point seen from the start.
     struct Leaf {
@@ -71,6 +75,12 @@ class ClosestPointIndex {
 
     /// Empty: they follow each other as they are.
     std::vector<std::uint32_t> neighbours_first(std::span<const Vec2> points) const;
+    struct Block;
+    std::array<CurveFoot, 8> closest(const Eight& points, std::size_t hint) const;
+    void search(std::size_t level, std::size_t group, std::size_t skip, Block& block) const;
+    void visit(std::size_t leaf, unsigned lanes, Block& block) const;
+    CurveFoot foot_of(const Best& best) const;
+
     void set_box(std::vector<Group>& groups, std::size_t at, const Vec2& low, const Vec2& high) const;
     void search(const Vec2& point, std::size_t level, std::size_t group, std::size_t skip, Best& best) const;
     void visit(const Vec2& point, std::size_t leaf, Best& best) const;
