@@ -44,11 +44,11 @@ core::Result<std::vector<PointSection>> read_crv(std::string_view content, const
     for (std::size_t i = 0; i < lines.size(); ++i) {
         std::string_view comment;
         const auto line = without_comment(lines[i], comment);
-        if (names_a_profile(comment)) profiles.push_back({std::string(comment), {}, {}});
+        if (names_a_profile(comment)) profiles.push_back({std::string(comment), {}, {}, {}});
         if (line.empty()) continue;
         const auto point = read_point(line, name, i + 1);
         if (!point) return tl::unexpected(point.error());
-        if (profiles.empty()) profiles.push_back({std::filesystem::path(name).stem().string(), {}, {}});
+        if (profiles.empty()) profiles.push_back({std::filesystem::path(name).stem().string(), {}, {}, {}});
         profiles.back().points_mm.push_back(*point);
     }
     return profiles;

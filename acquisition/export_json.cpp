@@ -31,17 +31,29 @@ Json characteristic(const Characteristic& c) {
             {"note", c.note}};
 }
 
+Json place_of(const RecordedPoint& point) {
+    return {{"seq", point.sequence},
+            {"x_mm", number(point.centre_mm.x())},
+            {"y_mm", number(point.centre_mm.y())},
+            {"z_mm", number(point.centre_mm.z())},
+            {"residual_mm", number(point.verdict.residual_mm)}};
+}
+
 Json rejected_points(const SectionResult& section) {
     Json points = Json::array();
     for (const auto& point : section.points) {
         if (point.verdict.reason == fitting::RejectReason::none) continue;
-        points.push_back({{"seq", point.sequence},
-                          {"x_mm", number(point.centre_mm.x())},
-                          {"y_mm", number(point.centre_mm.y())},
-                          {"z_mm", number(point.centre_mm.z())},
-                          {"residual_mm", number(point.verdict.residual_mm)},
-                          {"reason", fitting::to_string(point.verdict.reason)}});
+        Json rejected = place_of(point);
+        rejected["reason"] = fitting::to_string(point.verdict.reason);
+        points.push_back(std::move(rejected));
     }
+    return points;
+}
+
+Json kept_points(const SectionResult& section) {
+    Json points = Json::array();
+    for (const auto& point : section.points)
+        if (point.verdict.kept) points.push_back(place_of(point));
     return points;
 }
 
@@ -66,6 +78,7 @@ Json section_of(const SectionResult& section) {
     }
     out["characteristics"] = std::move(characteristics);
     out["rejected_points"] = rejected_points(section);
+    if (auto kept = kept_points(section); !kept.empty()) out["kept_points"] = std::move(kept);
     return out;
 }
 

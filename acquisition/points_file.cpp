@@ -78,7 +78,7 @@ std::optional<double> stated_height(const DelimitedTable& table, const std::stri
 /// Where the wanted fields are in a row.
 struct Columns {
     std::array<std::optional<std::size_t>, 3> axis;
-    std::optional<std::size_t> section, flag;
+    std::optional<std::size_t> section, flag, sequence;
 };
 
 std::optional<std::size_t> find_column(const DelimitedTable& table, std::initializer_list<std::string_view> names) {
@@ -113,6 +113,7 @@ core::Result<Columns> columns_of(const DelimitedTable& table, const std::string&
                     find_column(table, {"z", "z_mm"})};
     columns.section = find_column(table, {"section", "section_name", "section_index"});
     columns.flag = find_column(table, {"flag", "flags"});
+    columns.sequence = find_column(table, {"seq"});
     for (std::size_t i = 0; i < 2; ++i) {
         if (columns.axis[i]) continue;
         const std::string letter(1, "xyz"[i]);
@@ -127,7 +128,18 @@ struct ReadPoint {
     Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
     std::string_view section;
     std::uint16_t flag = 0;
+    std::optional<std::uint64_t> sequence;
 };
+
+/// A whole number from 0 to `most` in a cell.
+core::Result<double> whole_number(const DelimitedCell& cell, const std::string& what, double most,
+                                  const std::string& path, std::size_t line) {
+    const auto value = cell_number(cell, what, path, line);
+    if (!value) return value;
+    if (*value >= 0.0 && *value <= most && *value == std::floor(*value)) return value;
+    return fail(ErrorCode::input_invalid, place(path, line, cell.column) + what + " must be a whole number from 0 to " +
+                                              core::fixed(most, 0) + ", not '" + std::string(cell.text) + "'");
+}
 
 core::Result<ReadPoint> read_row(const DelimitedRow& row, const Columns& columns, double stated_z,
                                  const std::string& path) {
@@ -146,15 +158,14 @@ core::Result<ReadPoint> read_row(const DelimitedRow& row, const Columns& columns
         point.section = cell.text;
     }
     if (columns.flag && !row.cells[*columns.flag].text.empty()) {
-        const auto& cell = row.cells[*columns.flag];
-        const auto value = cell_number(cell, "flag", path, row.line);
+        const auto value = whole_number(row.cells[*columns.flag], "flag", 65535.0, path, row.line);
         if (!value) return tl::unexpected(value.error());
-        if (*value < 0.0 || *value > 65535.0 || *value != std::floor(*value)) {
-            return fail(ErrorCode::input_invalid, place(path, row.line, cell.column) +
-                                                      "flag must be a whole number from 0 to 65535, not '" +
-                                                      std::string(cell.text) + "'");
-        }
         point.flag = static_cast<std::uint16_t>(*value);
+    }
+    if (columns.sequence) {
+        const auto value = whole_number(row.cells[*columns.sequence], "seq", 9e15, path, row.line);
+        if (!value) return tl::unexpected(value.error());
+        point.sequence = static_cast<std::uint64_t>(*value);
     }
     return point;
 }
@@ -162,6 +173,7 @@ core::Result<ReadPoint> read_row(const DelimitedRow& row, const Columns& columns
 void append(PointSection& section, const ReadPoint& point) {
     section.points_mm.push_back(point.position_mm);
     section.flags.push_back(point.flag);
+    if (point.sequence) section.sequences.push_back(*point.sequence);
 }
 
 Sections by_column(const std::vector<ReadPoint>& points) {
@@ -169,7 +181,7 @@ Sections by_column(const std::vector<ReadPoint>& points) {
     std::map<std::string_view, std::size_t> index;
     for (const auto& point : points) {
         const auto [at, is_new] = index.emplace(point.section, sections.size());
-        if (is_new) sections.push_back({std::string(point.section), {}, {}});
+        if (is_new) sections.push_back({std::string(point.section), {}, {}, {}});
         append(sections[at->second], point);
     }
     return sections;
@@ -211,7 +223,7 @@ Sections by_height(const std::vector<ReadPoint>& points, const std::string& path
         auto same = std::find_if(sections.begin(), sections.end(), [&](const PointSection& section) {
             return std::abs(section.z_mm() - z) <= z_step_mm;
         });
-        if (same == sections.end()) same = sections.insert(sections.end(), {core::fixed(z, 3), {}, {}});
+        if (same == sections.end()) same = sections.insert(sections.end(), {core::fixed(z, 3), {}, {}, {}});
         for (std::size_t i = starts[run]; i < starts[run + 1]; ++i)
             append(*same, points[i]);
     }

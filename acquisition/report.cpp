@@ -207,17 +207,22 @@ std::string rejected_list(const SectionResult& section) {
     std::string rows;
     std::size_t listed = 0;
     for (const auto& point : section.points) {
-        if (point.verdict.reason == fitting::RejectReason::none || listed == listed_points) continue;
+        if ((point.verdict.reason == fitting::RejectReason::none && !point.verdict.kept) || listed == listed_points)
+            continue;
         ++listed;
-        std::string reason(fitting::to_string(point.verdict.reason));
+        std::string reason(point.verdict.kept ? "kept by operator" : fitting::to_string(point.verdict.reason));
         std::replace(reason.begin(), reason.end(), '_', ' ');
         rows += "<tr><td>" + std::to_string(point.sequence) + "</td><td>" + mm(point.centre_mm.x()) + "</td><td>" +
                 mm(point.centre_mm.y()) + "</td><td>" + mm(point.centre_mm.z()) + "</td><td>" +
                 mm(point.verdict.residual_mm) + "</td><td class=\"word\">" + reason + "</td></tr>\n";
     }
     if (listed == 0) return {};
-    const auto total = section.rejected();
-    std::string title = std::to_string(total) + (total == 1 ? " rejected point" : " rejected points");
+    const auto kept = static_cast<std::size_t>(std::count_if(
+        section.points.begin(), section.points.end(), [](const RecordedPoint& point) { return point.verdict.kept; }));
+    const auto total = section.rejected() + kept;
+    std::string title =
+        std::to_string(section.rejected()) + (section.rejected() == 1 ? " rejected point" : " rejected points");
+    if (kept > 0) title += ", " + std::to_string(kept) + " kept by the operator";
     if (listed < total) title += " (the first " + std::to_string(listed) + "; all of them in rejected.csv)";
     return "<details><summary>" + title +
            "</summary><div "

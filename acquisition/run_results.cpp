@@ -74,7 +74,7 @@ core::Result<std::vector<RecordedSection>> recorded_sections(const Journal& jour
     return ordered;
 }
 
-core::Result<PartResult> results_of_run(const std::string& run_file, const PartFile* part) {
+core::Result<PartResult> results_of_run(const std::string& run_file, const PartFile* part, OperatorChoice choice) {
     auto journal = Journal::read(run_file);
     if (!journal) return tl::unexpected(journal.error());
     const auto& header = (*journal)->header();
@@ -85,7 +85,7 @@ core::Result<PartResult> results_of_run(const std::string& run_file, const PartF
     }
     const auto nominal = load_nominal(part->nominal);
     if (!nominal) return tl::unexpected(nominal.error());
-    const auto recorded = recorded_sections(**journal);
+    auto recorded = recorded_sections(**journal);
     if (!recorded) return tl::unexpected(recorded.error());
 
     PartResult result;
@@ -101,17 +101,19 @@ core::Result<PartResult> results_of_run(const std::string& run_file, const PartF
     PartFile measured = *part;
     measured.stylus.radius_mm = header.ball_radius_mm;  // the ball that measured, whatever a second part file says
     SectionJudge judge;
-    for (const auto& section : *recorded) {
+    for (auto& section : *recorded) {
+        choice.apply(section.points);
         auto setup = make_section_setup(measured, nominal->get(), section.index, height_of(section, measured));
         if (!setup) return tl::unexpected(setup.error());
         result.complete = result.complete && section.finished;
-        result.sections.push_back(judge.finish(*setup, section.points));
+        result.sections.push_back(judge.finish(*setup, std::move(section.points)));
     }
+    if (auto status = choice.all_found(); !status) return tl::unexpected(status.error());
     return result;
 }
 
 core::Result<PartResult> results_of_points(const std::vector<PointSection>& sections, double ball_radius_mm,
-                                           const PartFile* part) {
+                                           const PartFile* part, OperatorChoice choice) {
     PartFile bare;
     bare.name = "points";
     PartFile used = part != nullptr ? *part : bare;
@@ -135,15 +137,17 @@ core::Result<PartResult> results_of_points(const std::vector<PointSection>& sect
         points.reserve(sections[i].points_mm.size());
         for (std::size_t k = 0; k < sections[i].points_mm.size(); ++k) {
             RecordedPoint point;
-            point.sequence = ++sequence;
+            point.sequence = sections[i].sequences.empty() ? ++sequence : sections[i].sequences[k];
             point.centre_mm = sections[i].points_mm[k];
             point.flags = sections[i].flags.empty() ? std::uint16_t{0} : sections[i].flags[k];
             if ((point.flags & core::sample_flag::no_contact) != 0)
                 point.verdict.reason = fitting::RejectReason::no_contact;
             points.push_back(point);
         }
+        choice.apply(points);
         result.sections.push_back(judge.finish(*setup, std::move(points)));
     }
+    if (auto status = choice.all_found(); !status) return tl::unexpected(status.error());
     return result;
 }
 

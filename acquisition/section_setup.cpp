@@ -36,11 +36,14 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
 SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<RecordedPoint> points) {
     std::vector<Eigen::Vector2d> centres;
     std::vector<fitting::RejectReason> excluded;
+    std::vector<char> kept;
     centres.reserve(points.size());
     excluded.reserve(points.size());
+    kept.reserve(points.size());
     for (const auto& point : points) {
         centres.emplace_back(point.centre_mm.head<2>());
         excluded.push_back(point.verdict.reason);
+        kept.push_back(static_cast<char>(point.verdict.kept));
     }
     fitting::SectionOptions options;
     options.ball_radius_mm = setup.ball_radius_mm;
@@ -58,7 +61,7 @@ SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<Record
         options.te_hint = setup.nominal->section.te_point();
         nominal = &setup.nominal->reference;
     }
-    auto fit = fitting::fit_section(centres, excluded, options);
+    auto fit = fitting::fit_section(centres, excluded, options, kept);
     if (fit && fit->closed) {
         last_le_mm_ = fit->le_point_mm;
         last_te_mm_ = fit->te_point_mm;

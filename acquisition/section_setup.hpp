@@ -43,7 +43,7 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
 /// not change their names from section to section. One owner; deterministic.
 class SectionJudge {
   public:
-    /// Verdicts that the points bring along (no contact, by operator) are kept; the others are found anew.
+    /// Verdicts that the points bring along (no contact, by operator, kept by operator) stand; the others are found anew.
     SectionResult finish(const SectionSetup& setup, std::vector<RecordedPoint> points);
 
   private:

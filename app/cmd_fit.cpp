@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <filesystem>
 #include <optional>
+#include <utility>
 
 #include "acquisition/exports.hpp"
 #include "acquisition/run_results.hpp"
@@ -12,6 +13,8 @@ namespace cmm::app {
 namespace {
 
 core::Result<acquisition::PartResult> fit(const FitOptions& options) {
+    auto choice = acquisition::OperatorChoice::parse(options.rejected, options.restored);
+    if (!choice) return tl::unexpected(choice.error());
     std::optional<acquisition::PartFile> part;
     if (!options.part.empty()) {
         auto loaded = acquisition::load_part_file(options.part);
@@ -24,7 +27,7 @@ core::Result<acquisition::PartResult> fit(const FitOptions& options) {
             return core::fail(core::ErrorCode::usage,
                               "--stylus-radius does not go with a run file: the run knows its ball");
         }
-        return acquisition::results_of_run(options.inputs.front(), judged_by);
+        return acquisition::results_of_run(options.inputs.front(), judged_by, std::move(*choice));
     }
     if (options.stylus_radius_mm < 0.0 && !part) {
         return core::fail(
@@ -34,7 +37,7 @@ core::Result<acquisition::PartResult> fit(const FitOptions& options) {
     const auto sections = acquisition::read_points(options.inputs);
     if (!sections) return tl::unexpected(sections.error());
     const double radius_mm = options.stylus_radius_mm >= 0.0 ? options.stylus_radius_mm : part->stylus.radius_mm;
-    return acquisition::results_of_points(*sections, radius_mm, judged_by);
+    return acquisition::results_of_points(*sections, radius_mm, judged_by, std::move(*choice));
 }
 
 }  // namespace

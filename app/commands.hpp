@@ -43,6 +43,7 @@ struct FitOptions {
     std::vector<std::string> inputs;
     double stylus_radius_mm = -1.0;  ///< negative: from the part file or run file, else 1 mm is refused
     std::string part, out;
+    std::vector<std::string> rejected, restored;  ///< sequence numbers and ranges
     bool json = false;
 };
 int run_fit(const FitOptions& options);

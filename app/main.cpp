@@ -93,6 +93,8 @@ class CommandLine {
         c->add_option("--stylus-radius", fit_.stylus_radius_mm, "of the ball in mm; 0: the points lie on the part")
             ->check(CLI::NonNegativeNumber);
         c->add_option("--part", fit_.part, "part file: nominal, stylus and gate");
+        c->add_option("--reject", fit_.rejected, "points to leave out: sequence numbers, 12,15-18");
+        c->add_option("--restore", fit_.restored, "points to use whatever their neighbours say: sequence numbers");
         c->add_option("--out", fit_.out, "folder for the results")->required();
     }
 

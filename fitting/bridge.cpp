@@ -328,7 +328,8 @@ Verdict judge_point(const Neighbours& near, const Vec2& p, double sigma_mm) {
     Prediction best;
     if (joint) {
         best = joint->predict(p, 2);
-        if (best.sd <= sharp_sd * sigma_mm && best.ratio() < contradicting_ratio) return verdict_of(best, false);
+        if (best.sd <= sharp_sd * sigma_mm && best.ratio() < contradicting_ratio)
+            return {best.residual, best.sd, true, true, false};
     }
     Sides sides(near, sigma_mm);
     sides.predict(p);

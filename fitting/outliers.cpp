@@ -19,6 +19,7 @@ constexpr double clear_factor = 2.0;    // of a prediction over a wider gap: goo
 constexpr double clear_sd = 4.0;        // in sigmas: of such a prediction
 constexpr double texture_factor = 1.4;  // local over global scatter from which the local one counts
 constexpr double sharp_turn_rad = 0.6;  // from chord to chord; a steep run turns so where the cubic goes astray
+constexpr double apart_share = 0.35;    // of the gap: slopes over a shorter base would only amplify noise
 constexpr double stride_sigmas = 15.0;  // a step shorter than this has no direction
 constexpr std::size_t longest_stride = 16;
 constexpr std::size_t block = 16;  // points that share their scatter and stride
@@ -58,7 +59,7 @@ class Finder {
         // What is found makes the scatter smaller, and more stands out.
         for (int round = 0; round < most_rounds && accuse(); ++round) {
             for (const auto& [low, high] : stretches_)
-                hear(low, high);
+                if (!convict(low, high)) hear(low, high);
             for (const auto& [low, high] : stretches_)
                 test(low - reach, high + reach);
             estimate_scatter();
@@ -91,10 +92,20 @@ class Finder {
 
     SplineResidual test(std::ptrdiff_t i) {
         const std::ptrdiff_t step = stride_[block_of(i)];
+        if (i >= 2 * step && i + 2 * step < n_) {
+            // Almost always all four are good and well apart.
+            const auto at = static_cast<std::size_t>(i), by = static_cast<std::size_t>(step);
+            const bool good = state_[at - 2 * by] == State::good && state_[at - by] == State::good &&
+                              state_[at + by] == State::good && state_[at + 2 * by] == State::good;
+            const Vec2 &a = points_[at - 2 * by], &b = points_[at - by], &c = points_[at + by],
+                       &d = points_[at + 2 * by];
+            const double least = apart_share * apart_share * (c - b).squaredNorm();
+            if (good && (b - a).squaredNorm() >= least && (d - c).squaredNorm() >= least)
+                return spline_residual(a, b, c, d, points_[at]);
+        }
         const std::ptrdiff_t b = good_beyond(i, -step, 0.0), c = good_beyond(i, step, 0.0);
         if (b == none || c == none) return {};
-        // Slopes over a much shorter base than the gap would only amplify noise.
-        const double apart = 0.35 * (point(c) - point(b)).norm();
+        const double apart = apart_share * (point(c) - point(b)).norm();
         const std::ptrdiff_t a = good_beyond(b, -step, apart), d = good_beyond(c, step, apart);
         if (a == none || d == none || (closed_ && d - a >= n_)) return {};
         return spline_residual(point(a), point(b), point(c), point(d), point(i));
@@ -112,6 +123,7 @@ class Finder {
         }
     }
 
+    /// Of the good points' ratios from low up to high.
     double quantile(std::ptrdiff_t low, std::ptrdiff_t high, double q) {
         work_.clear();
         for (std::ptrdiff_t k = low; k < high; ++k)
@@ -122,15 +134,28 @@ class Finder {
         return *nth;
     }
 
-    /// Four clean tenths are enough to see the noise among the residuals that each bad point spoils.
+    /// Four clean tenths are enough to see the noise among the residuals that each bad point spoils. Only where fewer
+    /// than four tenths are small is it worth while to look what the local scatter is.
     void estimate_scatter() {
         sigma_ = quantile(0, n_, 0.5) / 0.6745;
-        const std::ptrdiff_t around = std::min<std::ptrdiff_t>(16, n_ / 4);
-        for (std::size_t k = 0; k < scatter_.size(); ++k) {
-            const auto low = static_cast<std::ptrdiff_t>(k * block);
-            const double local =
-                quantile(low - around, low + static_cast<std::ptrdiff_t>(block) + around, 0.4) / 0.5244;
-            scatter_[k] = local > texture_factor * sigma_ ? local : sigma_;
+        const double small = texture_factor * 0.5244 * sigma_;
+        const std::size_t blocks = scatter_.size();
+        std::vector<std::size_t> all(blocks, 0), quiet(blocks, 0);
+        for (std::size_t i = 0; i < points_.size(); ++i) {
+            if (state_[i] != State::good) continue;
+            ++all[i / block];
+            quiet[i / block] += ratio_[i] <= small;
+        }
+        for (std::size_t k = 0; k < blocks; ++k) {
+            const auto sum = [&](const std::vector<std::size_t>& counts) {
+                const std::size_t before = k > 0 ? counts[k - 1] : (closed_ ? counts[blocks - 1] : 0);
+                const std::size_t after = k + 1 < blocks ? counts[k + 1] : (closed_ ? counts[0] : 0);
+                return before + counts[k] + after;
+            };
+            scatter_[k] = sigma_;
+            if (10 * sum(quiet) >= 4 * sum(all)) continue;
+            const auto low = static_cast<std::ptrdiff_t>(k * block), reach_out = static_cast<std::ptrdiff_t>(block);
+            scatter_[k] = std::max(sigma_, quantile(low - reach_out, low + 2 * reach_out, 0.4) / 0.5244);
         }
     }
 
@@ -160,6 +185,7 @@ class Finder {
         if (ratio_[static_cast<std::size_t>(i)] > suspect_factor * sigma_at(i)) return true;
         if (!exists(i - 1) || !exists(i + 1)) return false;
         const Vec2 in = point(i) - point(i - 1), out = point(i + 1) - point(i);
+        if (std::abs(cross(in, out)) <= sharp_turn_rad * in.dot(out)) return false;
         const double shortest = std::sqrt(std::min(in.squaredNorm(), out.squaredNorm()));
         const double limit = sharp_turn_rad + 5.0 * 2.4 * sigma_at(i) / std::max(shortest, 1e-9);
         return limit < 3.0 && std::abs(cross(in, out)) > std::tan(std::min(limit, 1.5)) * in.dot(out);
@@ -225,11 +251,38 @@ class Finder {
         threshold_[at] = reject_factor * verdict.sd_mm;
     }
 
+    /// Worst first (A9), as long as both sides together clear or convict the worst sharply. False when they do not.
+    bool convict(std::ptrdiff_t low, std::ptrdiff_t high) {
+        for (std::ptrdiff_t i = low; i <= high; ++i)
+            if (state(i) == State::accused) state(i) = State::good;
+        while (true) {
+            std::ptrdiff_t worst = none;
+            double ratio = 0.0;
+            for (std::ptrdiff_t i = low; i <= high; ++i) {
+                const double now = ratio_[static_cast<std::size_t>(wrapped(i))];
+                if (now <= ratio || !suspicious(i)) continue;
+                worst = i;
+                ratio = now;
+            }
+            if (worst == none) break;
+            const Verdict verdict = judge(worst);
+            if (!verdict.sharp) break;
+            settled_at_[static_cast<std::size_t>(wrapped(worst))] = sigma_at(worst);
+            if (std::abs(verdict.ratio()) <= reject_factor) continue;
+            note(worst, State::bad, verdict);
+            const std::ptrdiff_t by = 3 * stride_[block_of(worst)];
+            test(worst - by, worst + by);
+        }
+        for (std::ptrdiff_t i = low; i <= high; ++i)
+            if (suspicious(i)) return false;
+        for (std::ptrdiff_t i = low; i <= high; ++i)
+            settled_at_[static_cast<std::size_t>(wrapped(i))] = sigma_at(i);
+        return true;
+    }
+
     /// Judges every accused point of a stretch among all others: the clearly bad ones go first, the worst before all.
     /// What then agrees and is not next to what does not is free.
     void hear(std::ptrdiff_t low, std::ptrdiff_t high) {
-        for (std::ptrdiff_t i = low; i <= high; ++i)
-            if (state(i) == State::accused) state(i) = State::good;
         verdicts_.assign(static_cast<std::size_t>(high - low + 1), {});
         const auto verdict = [&](std::ptrdiff_t i) -> Verdict& { return verdicts_[static_cast<std::size_t>(i - low)]; };
         std::ptrdiff_t from = low, to = high;

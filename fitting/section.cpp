@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/text.hpp"
+#include "fitting/closest_point.hpp"
 #include "fitting/contour.hpp"
 #include "fitting/ordering.hpp"
 #include "fitting/outliers.hpp"
@@ -32,11 +33,14 @@ constexpr std::size_t longest_loop = 14;  // points
 /// The lap with its fit and everything derived from it on the way to the SectionFit.
 class SectionFitter {
   public:
-    SectionFitter(std::span<const Vec2> centres, std::span<const RejectReason> excluded, const SectionOptions& options)
+    SectionFitter(std::span<const Vec2> centres, std::span<const RejectReason> excluded, std::span<const char> kept,
+                  const SectionOptions& options)
         : centres_(centres), options_(options) {
         fit_.verdicts.resize(centres.size());
         for (std::size_t i = 0; i < std::min(centres.size(), excluded.size()); ++i)
             fit_.verdicts[i].reason = excluded[i];
+        for (std::size_t i = 0; i < std::min(centres.size(), kept.size()); ++i)
+            fit_.verdicts[i].kept = kept[i] != 0 && fit_.verdicts[i].reason == RejectReason::none;
     }
 
     core::Result<SectionFit> run() {
@@ -86,10 +90,10 @@ class SectionFitter {
                               "section: too many points disagree with their neighbours (" +
                                   std::to_string(found.count) + " of " + std::to_string(points_.size()) + ")");
         residual_ = found.residual;
-        again_threshold_mm_ = *std::min_element(found.threshold_mm.begin(), found.threshold_mm.end());
+        threshold_ = found.threshold_mm;
         reason_.assign(points_.size(), RejectReason::none);
         for (std::size_t k = 0; k < points_.size(); ++k)
-            if (found.bad[k]) reason_[k] = RejectReason::spline_residual;
+            if (found.bad[k] && !fit_.verdicts[index_[k]].kept) reason_[k] = RejectReason::spline_residual;
         core::Status turns;
         for (int cuts = 0; cuts < most_cuts; ++cuts) {
             if (auto status = fit_rounds(found, cuts); !status) return status;
@@ -135,7 +139,7 @@ class SectionFitter {
         }
         bool any = false;
         for (std::size_t i = 0; i < n; ++i) {
-            if (!cut[i]) continue;
+            if (!cut[i] || fit_.verdicts[index_[at[i]]].kept) continue;
             reason_[at[i]] = RejectReason::fit_residual;
             any = true;
         }
@@ -165,7 +169,8 @@ class SectionFitter {
                 near = smooth_.parameter[good];
                 residual_[k] = smooth_.residual[good];
                 const bool far_off = !found.corner[k] && std::abs(residual_[k]) > reject_share * found.threshold_mm[k];
-                if (const std::size_t at = good++; !far_off || std::abs(residual_[k]) <= 4.0 * misfit_near(at))
+                const std::size_t at = good++;
+                if (!far_off || fit_.verdicts[index_[k]].kept || std::abs(residual_[k]) <= 4.0 * misfit_near(at))
                     continue;
                 reason_[k] = RejectReason::fit_residual;
                 changed = true;
@@ -206,14 +211,6 @@ class SectionFitter {
         return std::copysign((p - jet.position).norm(), (p - jet.position).dot(jet.right_normal()));
     }
 
-    /// Parameter of the fitted point nearest to p.
-    double nearest_parameter(const Vec2& p) const {
-        const auto nearest = std::min_element(good_.begin(), good_.end(), [&](const Vec2& a, const Vec2& b) {
-            return (a - p).squaredNorm() < (b - p).squaredNorm();
-        });
-        return smooth_.parameter[static_cast<std::size_t>(nearest - good_.begin())];
-    }
-
     /// A closed curve without crossings turns once (Hopf's Umlaufsatz).
     core::Status check_turning() const {
         double turned = 0.0;
@@ -234,15 +231,33 @@ class SectionFitter {
 
     void write_verdicts() {
         for (std::size_t k = 0; k < points_.size(); ++k)
-            fit_.verdicts[index_[k]] = {reason_[k], residual_[k]};
-        // The overlap of the scan is judged by the curve that its first measurement gave.
-        for (const std::size_t i : again_) {
-            const double residual = distance_near(centres_[i], nearest_parameter(centres_[i]));
-            const bool bad = std::abs(residual) > reject_share * again_threshold_mm_;
-            fit_.verdicts[i] = {bad ? RejectReason::fit_residual : RejectReason::none, residual};
-        }
+            fit_.verdicts[index_[k]] = {reason_[k], residual_[k], fit_.verdicts[index_[k]].kept};
+        judge_overlap();
         fit_.rejected = static_cast<std::size_t>(std::count_if(
             fit_.verdicts.begin(), fit_.verdicts.end(), [](const auto& v) { return v.reason != RejectReason::none; }));
+    }
+
+    /// The overlap of the scan is judged by the curve that its first measurement gave, as strictly as the points there.
+    void judge_overlap() {
+        if (again_.empty()) return;
+        std::vector<double> threshold;  // by fitted point
+        for (std::size_t k = 0; k < points_.size(); ++k)
+            if (reason_[k] == RejectReason::none) threshold.push_back(threshold_[k]);
+        const ClosestPointIndex index(smooth_.curve);
+        std::size_t span = 0;
+        for (const std::size_t i : again_) {
+            const CurveFoot foot = index.closest(centres_[i], span);
+            span = foot.span;
+            const Vec2 outward = smooth_.curve.jet(foot.t).right_normal();
+            const double residual =
+                std::copysign(std::sqrt(foot.squared), (centres_[i] - smooth_.curve.jet(foot.t).position).dot(outward));
+            const auto next = std::lower_bound(smooth_.parameter.begin(), smooth_.parameter.end(), foot.t);
+            const std::size_t at = static_cast<std::size_t>(next - smooth_.parameter.begin()) % threshold.size();
+            PointVerdict& verdict = fit_.verdicts[i];
+            verdict.residual_mm = residual;
+            if (!verdict.kept && std::abs(residual) > std::max(reject_share * threshold[at], 4.0 * misfit_near(at)))
+                verdict.reason = RejectReason::fit_residual;
+        }
     }
 
     SectionFit fit_;
@@ -250,10 +265,9 @@ class SectionFitter {
     const SectionOptions& options_;
     std::vector<std::size_t> index_;  // lap position -> input index
     std::vector<std::size_t> again_;  // input indices of the overlap
-    double again_threshold_mm_ = 0.0;
-    std::vector<Vec2> points_;  // by lap position, like the next two
+    std::vector<Vec2> points_;        // by lap position, like the next two
     std::vector<RejectReason> reason_;
-    std::vector<double> residual_;
+    std::vector<double> residual_, threshold_;
     std::vector<Vec2> good_;  // the points that smooth_ was fitted to
     SmoothCurve smooth_;
 };
@@ -293,10 +307,10 @@ std::string_view to_string(RejectReason reason) noexcept {
 }
 
 core::Result<SectionFit> fit_section(std::span<const Eigen::Vector2d> centres, std::span<const RejectReason> excluded,
-                                     const SectionOptions& options) {
+                                     const SectionOptions& options, std::span<const char> kept) {
     if (!std::isfinite(options.ball_radius_mm) || options.ball_radius_mm < 0.0)
         return core::fail(ErrorCode::fit_not_evaluable, "section: the ball radius must be a number, 0 or more");
-    return SectionFitter(centres, excluded, options).run();
+    return SectionFitter(centres, excluded, kept, options).run();
 }
 
 }  // namespace cmm::fitting

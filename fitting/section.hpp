@@ -41,6 +41,7 @@ struct SectionOptions {
 struct PointVerdict {
     RejectReason reason = RejectReason::none;
     double residual_mm = 0.0;  ///< signed along the outward normal of the ball-centre curve
+    bool kept = false;         ///< by an operator: used, whatever the neighbours say
 };
 
 /// A number of an edge's model; the unit is in the name.
@@ -99,9 +100,10 @@ struct SectionFit {
 };
 
 /// Fits a closed section. `centres` are in measuring order, any start, either direction; `excluded[i]` != none keeps a
-/// point out from the beginning (no contact, operator). Errors: fit_not_evaluable (too few points, open, self-crossing,
-/// no two edges); never throws.
+/// point out from the beginning (no contact, operator); `kept[i]` != 0 keeps a point in that the search would reject
+/// (operator). Both may be shorter than `centres`, or empty. Errors: fit_not_evaluable (too few points, open,
+/// self-crossing, no two edges); never throws.
 core::Result<SectionFit> fit_section(std::span<const Eigen::Vector2d> centres, std::span<const RejectReason> excluded,
-                                     const SectionOptions& options);
+                                     const SectionOptions& options, std::span<const char> kept = {});
 
 }  // namespace cmm::fitting

@@ -22,24 +22,26 @@ SplineResidual spline_residual(const Vec2& a, const Vec2& b, const Vec2& c, cons
     const double sine = cross(ab, cd) / (h0 * h2), whole_turn = ab.dot(cd) > 0.0 ? sine : std::copysign(1.5, sine);
     const double h1 = arc_of_chord(gap, whole_turn * gap / (gap + 0.5 * (h0 + h2)));
     // Newton's divided differences over -h0, 0, h1, h1 + h2 (b is the origin).
-    const Vec2 s0 = ab / h0, s1 = bc / h1, s2 = cd / h2;
-    const Vec2 q0 = (s1 - s0) / (h0 + h1), q1 = (s2 - s1) / (h1 + h2);
-    const Vec2 cubic = (q1 - q0) / (h0 + h1 + h2);
-    const auto at = [&](double t) -> Vec2 { return b + t * (s1 + (t - h1) * (q0 + (t + h0) * cubic)); };
-    const auto slope = [&](double t) -> Vec2 {
-        return s1 + (2.0 * t - h1) * q0 + (3.0 * t * t + 2.0 * (h0 - h1) * t - h0 * h1) * cubic;
-    };
+    const double ac = h0 + h1, bd = h1 + h2, ad = ac + h2;
+    const double per_h0 = 1.0 / h0, per_h1 = 1.0 / h1, per_h2 = 1.0 / h2, per_ac = 1.0 / ac, per_bd = 1.0 / bd,
+                 per_ad = 1.0 / ad;
+    const Vec2 s0 = ab * per_h0, s1 = bc * per_h1, s2 = cd * per_h2;
+    const Vec2 q0 = (s1 - s0) * per_ac, q1 = (s2 - s1) * per_bd, cubic = (q1 - q0) * per_ad;
     double t = std::clamp((p - b).dot(bc) / (gap * gap), 0.0, 1.0) * h1;
-    for (int step = 0; step < 2; ++step) {
-        const Vec2 v = slope(t);
-        t = std::clamp(t + (p - at(t)).dot(v) / std::max(v.squaredNorm(), 1e-12), -h0, h1 + h2);
+    Vec2 off, slope;
+    for (int step = 0;; ++step) {
+        off = p - (b + t * (s1 + (t - h1) * (q0 + (t + h0) * cubic)));
+        slope = s1 + (2.0 * t - h1) * q0 + (3.0 * t * t + 2.0 * (h0 - h1) * t - h0 * h1) * cubic;
+        if (step == 2) break;
+        const double move = off.dot(slope) / std::max(slope.squaredNorm(), 1e-12);
+        t = std::clamp(t + move, -h0, bd);
+        if (std::abs(move) < 1e-4 * h1) step = 1;
     }
-    const Vec2 off = p - at(t);
     // The weights of a, b, c, d in the cubic (Lagrange) carry their noise into the distance.
-    const double ta = t + h0, tc = t - h1, td = t - h1 - h2, ac = h0 + h1, ad = ac + h2, bd = h1 + h2;
-    const double wa = -t * tc * td / (h0 * ac * ad), wb = ta * tc * td / (h0 * h1 * bd);
-    const double wc = -ta * t * td / (ac * h1 * h2), wd = ta * t * tc / (ad * bd * h2);
-    return {std::copysign(off.norm(), off.dot(right_normal(slope(t)))),
+    const double ta = t + h0, tc = t - h1, td = t - bd;
+    const double wa = t * tc * td * per_h0 * per_ac * per_ad, wb = ta * tc * td * per_h0 * per_h1 * per_bd;
+    const double wc = ta * t * td * per_ac * per_h1 * per_h2, wd = ta * t * tc * per_ad * per_bd * per_h2;
+    return {std::copysign(off.norm(), off.dot(right_normal(slope))),
             std::sqrt(1.0 + wa * wa + wb * wb + wc * wc + wd * wd)};
 }
 

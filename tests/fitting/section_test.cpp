@@ -103,6 +103,41 @@ TEST(Section, EveryPointHasItsVerdict) {
     EXPECT_EQ(fit->rejected, rejected);
 }
 
+/// An operator rejects a good point and restores a bad one: the fit follows, and says whose word it was.
+TEST(Section, AnOperatorHasTheLastWord) {
+    const auto scan = blade_scan();
+    const auto plain = fit_or_fail(scan.points);
+    std::vector<RejectReason> excluded(scan.points.size(), RejectReason::none);
+    std::vector<char> kept(scan.points.size(), 0);
+    std::size_t bad = scan.points.size(), good = scan.points.size();
+    for (std::size_t i = 0; i < scan.points.size(); ++i) {
+        const bool rejected = plain.verdicts[i].reason == RejectReason::spline_residual;
+        if (rejected && std::abs(scan.bad[i]) > 0.05 && bad == scan.points.size()) bad = i;
+        if (!rejected && scan.bad[i] == 0.0) good = i;
+    }
+    ASSERT_LT(bad, scan.points.size());
+    ASSERT_LT(good, scan.points.size());
+    excluded[good] = RejectReason::by_operator;
+    kept[bad] = 1;
+    const auto fit = fit_section(scan.points, excluded, {}, kept);
+    ASSERT_TRUE(fit) << fit.error().message;
+    EXPECT_EQ(fit->verdicts[good].reason, RejectReason::by_operator);
+    EXPECT_EQ(fit->verdicts[bad].reason, RejectReason::none);
+    EXPECT_TRUE(fit->verdicts[bad].kept);
+    EXPECT_FALSE(fit->verdicts[good].kept);
+    double nearest = 1.0, before = 1.0;
+    for (const ContourPoint& p : fit->centre_curve)
+        nearest = std::min(nearest, (p.position_mm - scan.points[bad]).norm());
+    for (const ContourPoint& p : plain.centre_curve)
+        before = std::min(before, (p.position_mm - scan.points[bad]).norm());
+    EXPECT_LT(nearest, 0.6 * before) << "the curve follows the restored point";
+    for (std::size_t i = 0; i < scan.points.size(); ++i) {
+        if (i == bad || i == good) continue;
+        EXPECT_EQ(fit->verdicts[i].reason == RejectReason::none, plain.verdicts[i].reason == RejectReason::none)
+            << i << ": nothing else changes";
+    }
+}
+
 TEST(Section, PointsOnThePartNeedNoBall) {
     truth::ScanOptions scanning;
     scanning.noise = 0.0;

@@ -2,6 +2,7 @@
 // `cmmlive fit` from every input form gives the contour of the scan that recorded the points.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -121,6 +122,44 @@ TEST_F(Fit, PointsOnThePartTakeNoBall) {
     for (const auto& row : read_contour(folder_ / "part/section-0.csv")) {
         ASSERT_LT(distance_to_polyline(row.position_mm.head<2>(), contour), 2e-3);
     }
+}
+
+/// An operator restores a rejected point and rejects another: from the run file and from its points.
+TEST_F(Fit, FollowsAnOperator) {
+    const auto rejected = read_csv(folder_ / "scan/rejected.csv");
+    ASSERT_FALSE(rejected.empty());
+    const std::string restored = rejected.front().at("seq"), section = rejected.front().at("section");
+    std::string other;
+    for (const auto& row : read_csv(folder_ / "scan/points.csv")) {
+        const bool is_rejected =
+            std::any_of(rejected.begin(), rejected.end(), [&](const auto& r) { return r.at("seq") == row.at("seq"); });
+        if (row.at("section") == section && !is_rejected) other = row.at("seq");
+    }
+    for (const char* input : {"scan/run.cmmrun", "scan/points.csv"}) {
+        const std::string out = folder_ / "by-operator";
+        const auto fit = run({cmmlive(), "fit", folder_ / input, "--part", "config/parts/demo.toml", "--restore",
+                              restored, "--reject", other, "--out", out});
+        EXPECT_NE(fit.exit_code, 3) << fit.err;
+        bool found = false;
+        for (const auto& row : read_csv(out + "/rejected.csv")) {
+            EXPECT_NE(row.at("seq"), restored) << input;
+            if (row.at("seq") == other) {
+                found = true;
+                EXPECT_EQ(row.at("reason"), "by_operator");
+            }
+        }
+        EXPECT_TRUE(found) << input;
+        std::ifstream file(out + "/result.json");
+        const auto result = nlohmann::json::parse(file);
+        bool kept = false;
+        for (const auto& one : result.at("sections"))
+            if (one.contains("kept_points")) kept = one.at("kept_points").at(0).at("seq") == std::stoull(restored);
+        EXPECT_TRUE(kept) << input;
+    }
+    const auto wrong =
+        run({cmmlive(), "fit", folder_ / "scan/run.cmmrun", "--restore", "99999999", "--out", folder_ / "wrong"});
+    EXPECT_EQ(wrong.exit_code, 3);
+    EXPECT_NE(wrong.err.find("99999999"), std::string::npos) << wrong.err;
 }
 
 TEST_F(Fit, GateAndExportGoOnFromTheRun) {

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What the search for bad points promises, over the three families of blades, counted point by point.
+#include <gtest/gtest.h>
+
+#include <iostream>
+
+#include "fitting/outliers.hpp"
+#include "fitting/section.hpp"
+#include "support/families.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+using families::BladeScan;
+using families::Family;
+using families::ScanOptions;
+
+struct Tally {
+    std::size_t bad = 0, missed = 0, good = 0, lost = 0;
+
+    void add(const BladeScan& scan, std::size_t i, bool rejected) {
+        if (scan.bad[i] != 0.0) {
+            ++bad;
+            missed += !rejected;
+        } else {
+            ++good;
+            lost += rejected;
+        }
+    }
+    double found_percent() const { return 100.0 - 100.0 * static_cast<double>(missed) / static_cast<double>(bad); }
+    double lost_percent() const { return 100.0 * static_cast<double>(lost) / static_cast<double>(good); }
+    void print(const std::string& what) const {
+        std::cout << what << ": found " << found_percent() << " % of " << bad << ", good points lost " << lost_percent()
+                  << " % of " << good << "\n";
+    }
+};
+
+template <class Judge>
+Tally tally(Family family, ScanOptions options, std::uint64_t blades, std::uint64_t seeds, const Judge& judge) {
+    Tally sum;
+    for (std::uint64_t number = 1; number <= blades; ++number) {
+        const families::Blade blade = families::make(family, 100 + number);
+        for (std::uint64_t seed = 0; seed < seeds; ++seed) {
+            options.seed = 1000 * number + seed;
+            options.clockwise = seed % 2 == 1;
+            const BladeScan scan = families::scan(blade, options);
+            const std::vector<char> rejected = judge(scan.points);
+            for (std::size_t i = 0; i < scan.points.size(); ++i)
+                sum.add(scan, i, rejected[i] != 0);
+        }
+    }
+    return sum;
+}
+
+Tally by_search(Family family, const ScanOptions& options, std::uint64_t blades, std::uint64_t seeds,
+                bool closed = true) {
+    return tally(family, options, blades, seeds,
+                 [&](const std::vector<Vec2>& points) { return find_bad_points(points, closed, 0.002).bad; });
+}
+
+Tally by_section(Family family, const ScanOptions& options, std::uint64_t blades, std::uint64_t seeds) {
+    SectionOptions section;
+    section.ball_radius_mm = options.ball_mm;
+    return tally(family, options, blades, seeds, [&](const std::vector<Vec2>& points) {
+        const auto fit = fit_section(points, {}, section);
+        EXPECT_TRUE(fit) << (fit ? "" : fit.error().message);
+        std::vector<char> rejected(points.size(), 0);
+        for (std::size_t i = 0; fit && i < points.size(); ++i)
+            rejected[i] = fit->verdicts[i].reason != RejectReason::none;
+        return rejected;
+    });
+}
+
+/// 600 points, 12 % on each edge, 1 um, 1.5 % bad points of 20 to 400 um in runs of 1-3, ball 1 mm.
+TEST(BadPointsOfFamilies, AreFoundAndGoodOnesStay) {
+    for (const Family family : families::all_families) {
+        const Tally sum = by_section(family, {}, 10, 6);
+        sum.print(to_string(family));
+        EXPECT_GE(sum.found_percent(), 99.5) << to_string(family);
+        EXPECT_LE(sum.lost_percent(), 0.05) << to_string(family);
+    }
+}
+
+struct Case {
+    std::string name;
+    ScanOptions options;
+    double found_percent, lost_percent;
+};
+
+/// The search alone, where it is harder. Where the sampling does not resolve the shape, good points have to stay.
+TEST(BadPointsOfFamilies, InHarderScans) {
+    ScanOptions plain, runs, quiet, loud, few, many, bare, coarse, sides;
+    runs.shortest_run = 4;
+    runs.longest_run = 5;
+    quiet.sigma_mm = 0.3e-3;
+    loud.sigma_mm = 3e-3;
+    loud.bad_low_mm = 0.060;
+    few.points = 400;
+    many.points = 2000;
+    bare.ball_mm = 0.0;
+    coarse.side_pitch_mm = 0.4;
+    coarse.edge_pitch_mm = 0.1;
+    coarse.bad_low_mm = 0.040;
+    sides.bad_at_edges = 0.0;
+    sides.longest_run = 5;
+    for (const Case& one : {Case{"runs of 4 and 5", runs, 99.0, 0.05}, Case{"0.3 um", quiet, 99.5, 0.1},
+                            Case{"3 um, from 60 um", loud, 99.5, 0.05}, Case{"400 points", few, 99.0, 0.1},
+                            Case{"2 000 points", many, 99.5, 0.02}, Case{"on the part, no ball", bare, 99.0, 0.05},
+                            Case{"0.4 mm, edges 0.1 mm, from 40 um", coarse, 99.0, 0.1},
+                            Case{"sides, runs up to 5", sides, 99.5, 0.02}}) {
+        Tally sum;
+        for (const Family family : families::all_families) {
+            const Tally part = by_search(family, one.options, 10, one.options.points > 1000 ? 4 : 10);
+            sum.bad += part.bad;
+            sum.missed += part.missed;
+            sum.good += part.good;
+            sum.lost += part.lost;
+        }
+        sum.print(one.name);
+        EXPECT_GE(sum.found_percent(), one.found_percent) << one.name;
+        EXPECT_LE(sum.lost_percent(), one.lost_percent) << one.name;
+    }
+}
+
+TEST(BadPointsOfFamilies, OpenChainsAndTheirEnds) {
+    Tally sum, ends;
+    for (const Family family : families::all_families) {
+        const families::Blade blade = families::make(family, 3);
+        for (std::uint64_t seed = 0; seed < 40; ++seed) {
+            ScanOptions options;
+            options.seed = seed;
+            BladeScan scan = families::scan(blade, options);
+            // A stretch that begins and ends with a run of one to three bad points.
+            const std::size_t first = 30 + 7 * seed, count = 160, run = 1 + seed % 3;
+            std::vector<Vec2> points(scan.points.begin() + static_cast<std::ptrdiff_t>(first),
+                                     scan.points.begin() + static_cast<std::ptrdiff_t>(first + count));
+            std::vector<char> truth(count, 0);
+            for (std::size_t i = 0; i < count; ++i)
+                truth[i] = scan.bad[first + i] != 0.0;
+            for (std::size_t k = 0; k < run; ++k) {
+                for (const std::size_t i : {k, count - 1 - k}) {
+                    const auto jet = blade.at(scan.t[first + i]);
+                    points[i] = jet.position + (options.ball_mm + 0.06) * jet.normal();
+                    truth[i] = 2;
+                }
+            }
+            const auto found = find_bad_points(points, false, 0.002);
+            for (std::size_t i = 0; i < count; ++i) {
+                Tally& one = truth[i] == 2 ? ends : sum;
+                one.bad += truth[i] != 0;
+                one.missed += truth[i] != 0 && !found.bad[i];
+                one.good += truth[i] == 0;
+                one.lost += truth[i] == 0 && found.bad[i];
+            }
+        }
+    }
+    sum.print("open chains");
+    EXPECT_GE(sum.found_percent(), 98.5);
+    EXPECT_LE(sum.lost_percent(), 0.1);
+    std::cout << "their ends: found " << ends.found_percent() << " % of " << ends.bad << "\n";
+    EXPECT_GE(ends.found_percent(), 90.0);
+}
+
+TEST(BadPointsOfFamilies, EveryOneHasItsResidualAndItsThreshold) {
+    ScanOptions options;
+    options.bad_share = 0.03;
+    const auto scan = families::scan(families::make(Family::compressor, 2), options);
+    const auto found = find_bad_points(scan.points, true, 0.002);
+    for (std::size_t i = 0; i < scan.points.size(); ++i) {
+        EXPECT_GT(found.threshold_mm[i], 0.0) << i;
+        if (!found.bad[i]) continue;
+        EXPECT_GT(std::abs(found.residual[i]), found.threshold_mm[i]) << i;
+        EXPECT_NEAR(found.residual[i], scan.bad[i], 0.02 + 0.1 * std::abs(scan.bad[i])) << i << ": outwards positive";
+    }
+    EXPECT_NEAR(found.sigma_mm, options.sigma_mm, 0.2 * options.sigma_mm);
+}
+
+}  // namespace
+}  // namespace cmm::fitting
