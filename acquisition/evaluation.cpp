@@ -35,11 +35,12 @@ constexpr const char* radius_method = "orthogonal-distance circle through the ed
 constexpr const char* chord_method = "NOSETAIL: distance of the nose points";
 constexpr const char* thickness_method = "INSCRIBED: diameter of the largest inscribed circle";
 
-Characteristic not_evaluable(const char* name, const char* method, std::optional<double> limit, std::string why) {
+Characteristic not_evaluable(const char* name, const std::string& method, std::optional<double> limit,
+                             std::string why) {
     return {name, method, {}, {}, limit, Decision::not_evaluable, std::move(why)};
 }
 
-Characteristic reported(const char* name, const char* method, double value, double u95, std::string note) {
+Characteristic reported(const char* name, const std::string& method, double value, double u95, std::string note) {
     return {name, method, value, u95, {}, Decision::reported, std::move(note)};
 }
 
@@ -61,8 +62,23 @@ double u95_of_worst(const ContourPoint& worst, const SectionResult& section) {
     return 0.5 * k * (worst.u95_mm - worst.offset_error_mm) + worst.offset_error_mm / guard_share;
 }
 
-Characteristic profile(const ProfileZone& zone, const SectionResult& section, const EvaluationOptions& options) {
+std::string profile_method_of(const fitting::FilterSpec& filter) {
+    static constexpr std::array<std::pair<fitting::FilterKind, const char*>, 3> names{
+        {{fitting::FilterKind::gaussian, "Gaussian filter ISO 16610-21"},
+         {fitting::FilterKind::spline, "spline filter ISO 16610-22"},
+         {fitting::FilterKind::robust_gaussian, "robust Gaussian filter ISO 16610-31"}}};
+    for (const auto& [kind, name] : names)
+        if (kind == filter.kind)
+            return profile_method + std::string(", ") + name + ", cut-off " + core::fixed(filter.cutoff_mm, 3) + " mm";
+    return profile_method;
+}
+
+/// `deviation` is filtered, a value for each contour point. A filter takes noise away; the uncertainty stays that of
+/// the contour.
+Characteristic profile(const ProfileZone& zone, const SectionResult& section, const fitting::FilteredZones& deviation,
+                       const EvaluationOptions& options) {
     const auto limit = limit_of(zone, options);
+    const std::string method = profile_method_of(options.filters.at(zone.zone));
     const auto& contour = section.fit->contour;
     std::optional<std::size_t> worst;
     std::size_t points = 0;
@@ -70,22 +86,20 @@ Characteristic profile(const ProfileZone& zone, const SectionResult& section, co
     for (std::size_t i = 0; i < contour.size(); ++i) {
         if (contour[i].zone != zone.zone) continue;
         ++points;
-        if (!section.deviation_mm[i]) continue;
+        if (!deviation.values[i]) continue;
         ++judged;
-        if (!worst || std::abs(*section.deviation_mm[i]) > std::abs(*section.deviation_mm[*worst])) worst = i;
+        if (!worst || std::abs(*deviation.values[i]) > std::abs(*deviation.values[*worst])) worst = i;
     }
-    if (points == 0) return not_evaluable(zone.name, profile_method, limit, "the contour has no such zone");
-    if (!worst) return not_evaluable(zone.name, profile_method, limit, not_reached);
-    const double deviation = *section.deviation_mm[*worst];
-    Characteristic c{zone.name,
-                     profile_method,
-                     2.0 * std::abs(deviation),
-                     2.0 * u95_of_worst(contour[*worst], section),
-                     limit,
-                     Decision::reported,
-                     {}};
+    if (points == 0) return not_evaluable(zone.name, method, limit, "the contour has no such zone");
+    if (const auto& why = deviation.refused[static_cast<std::size_t>(zone.zone)]; !why.empty())
+        return not_evaluable(zone.name, method, limit, why);
+    if (!worst) return not_evaluable(zone.name, method, limit, not_reached);
+    const double largest = *deviation.values[*worst];
+    Characteristic c{
+        zone.name,          method, 2.0 * std::abs(largest), 2.0 * u95_of_worst(contour[*worst], section), limit,
+        Decision::reported, {}};
     const auto& at = contour[*worst].position_mm;
-    c.note = "worst d " + std::string(deviation > 0 ? "+" : "") + core::length_text(deviation) + " at x " +
+    c.note = "worst d " + std::string(largest > 0 ? "+" : "") + core::length_text(largest) + " at x " +
              core::fixed(at.x(), 3) + " mm, y " + core::fixed(at.y(), 3) + " mm";
     if (const auto note = systematic_note(contour[*worst].offset_error_mm); !note.empty()) c.note += "; " + note;
     if (const auto share = static_cast<double>(points - judged) / static_cast<double>(points); share > shown_share)
@@ -94,11 +108,38 @@ Characteristic profile(const ProfileZone& zone, const SectionResult& section, co
     return c;
 }
 
-Characteristic edge_radius(const char* name, const fitting::EdgeFit& arc, double error) {
-    if (!arc.valid) return not_evaluable(name, radius_method, {}, arc.why.empty() ? "no circular edge" : arc.why);
-    return reported(name, radius_method, arc.radius_mm, arc.radius_u95_mm + error,
-                    "arc of " + core::fixed(core::deg_from_rad(arc.arc_angle_rad), 0) + " deg, rms " +
-                        core::length_text(arc.rms_mm));
+std::string radius_method_of(fitting::EdgeModel model) {
+    using fitting::EdgeModel;
+    const char* name = model == EdgeModel::ellipse      ? "ellipse"
+                       : model == EdgeModel::parabola   ? "parabola"
+                       : model == EdgeModel::double_arc ? "double arc"
+                                                        : nullptr;
+    if (name == nullptr) return radius_method;
+    return std::string("radius of curvature at the nose of the orthogonal-distance ") + name;
+}
+
+/// The numbers of the edge's model, as far as they say more than the radius.
+std::string model_note(const fitting::EdgeFit& edge) {
+    std::string note;
+    if (edge.parameters.size() < 2) return note;
+    for (const auto& parameter : edge.parameters) {
+        const auto unit = parameter.name.rfind('_');
+        std::string words(parameter.name.substr(0, unit));
+        std::replace(words.begin(), words.end(), '_', ' ');
+        const bool angle = parameter.name.substr(unit) == "_rad";
+        note += "; " + words + " " +
+                (angle ? core::fixed(core::deg_from_rad(parameter.value), 2) + " deg"
+                       : core::fixed(parameter.value, 4) + " mm");
+    }
+    return note;
+}
+
+Characteristic edge_radius(const char* name, const fitting::EdgeFit& edge, double error) {
+    const std::string method = radius_method_of(edge.model);
+    if (!edge.valid) return not_evaluable(name, method, {}, edge.why.empty() ? "no circular edge" : edge.why);
+    return reported(name, method, edge.radius_mm, edge.radius_u95_mm + error,
+                    "arc of " + core::fixed(core::deg_from_rad(edge.arc_angle_rad), 0) + " deg, rms " +
+                        core::length_text(edge.rms_mm) + model_note(edge));
 }
 
 const ContourPoint& nearest_to(const std::vector<ContourPoint>& contour, const Vector2d& point) {
@@ -136,7 +177,8 @@ void add_nothing_evaluable(SectionResult& section, bool with_profiles, const Eva
     auto& out = section.characteristics;
     if (with_profiles) {
         for (const auto& zone : profile_zones) {
-            out.push_back(not_evaluable(zone.name, profile_method, limit_of(zone, options), section.why));
+            out.push_back(not_evaluable(zone.name, profile_method_of(options.filters.at(zone.zone)),
+                                        limit_of(zone, options), section.why));
         }
     }
     out.push_back(not_evaluable("le_radius", radius_method, {}, section.why));
@@ -181,8 +223,9 @@ SectionResult evaluate_section(SectionResult section, core::Result<fitting::Sect
     }
     if (nominal != nullptr) {
         section.deviation_mm = nominal->compare(section.fit->contour);
+        const auto filtered = fitting::filter_zones(section.fit->contour, section.deviation_mm, options.filters);
         for (const auto& zone : profile_zones)
-            section.characteristics.push_back(profile(zone, section, options));
+            section.characteristics.push_back(profile(zone, section, filtered, options));
     }
     add_sizes(section);
     return section;

@@ -6,6 +6,7 @@
 #include "acquisition/reference_contour.hpp"
 #include "acquisition/section_result.hpp"
 #include "core/error.hpp"
+#include "fitting/filter.hpp"
 #include "fitting/section.hpp"
 
 namespace cmm::acquisition {
@@ -13,6 +14,7 @@ namespace cmm::acquisition {
 struct EvaluationOptions {
     std::optional<double> profile_mm;       ///< full width of the zone about the sides; absent: reported, not judged
     std::optional<double> edge_profile_mm;  ///< of LE and TE
+    fitting::ZoneFilters filters;           ///< of the deviations that the profiles judge; by default none
 };
 
 /// ISO 14253-1 with a 95 % one-sided guard band: accept when value + g <= limit, reject when value - g > limit,

@@ -175,6 +175,35 @@ ScanSpec read_scan(const ConfigTable& table, NominalKind nominal) {
     return scan;
 }
 
+std::optional<fitting::EdgeModel> read_edge_model(const ConfigTable& table, std::string_view key) {
+    return fitting::edge_model_from(
+        table.word(key, "auto", {"auto", "free", "arc", "ellipse", "double_arc", "parabola"}));
+}
+
+fitting::FilterSpec read_filter(const ConfigTable& table, const std::string& zones) {
+    const std::string kind_key = zones + "_filter", cutoff_key = zones + "_cutoff_mm";
+    const auto kind =
+        fitting::filter_kind_from(table.word(kind_key, "none", {"none", "gaussian", "spline", "robust_gaussian"}));
+    fitting::FilterSpec filter;
+    filter.kind = kind.value_or(filter.kind);
+    filter.cutoff_mm = table.number(cutoff_key, filter.cutoff_mm, {smallest_mm, 1000.0});
+    const bool filters = filter.kind != fitting::FilterKind::none;
+    if (filters && !table.has(cutoff_key)) table.complain(cutoff_key, "is missing: a filter has a cut-off wavelength");
+    if (!filters && table.has(cutoff_key)) table.complain(cutoff_key, "needs " + kind_key);
+    return filter;
+}
+
+FittingSpec read_fitting(const ConfigTable& table) {
+    using fitting::Zone;
+    FittingSpec spec;
+    spec.le_model = read_edge_model(table, "le_model");
+    spec.te_model = read_edge_model(table, "te_model");
+    spec.fairing_mm = table.number("fairing_mm", 0.0, {0.0, 1.0});
+    spec.filters.at(Zone::suction) = spec.filters.at(Zone::pressure) = read_filter(table, "side");
+    spec.filters.at(Zone::le) = spec.filters.at(Zone::te) = read_filter(table, "edge");
+    return spec;
+}
+
 GateSpec read_gate(const ConfigTable& table) {
     GateSpec gate;
     const double profile = table.number("profile_mm", 0.0, {1e-4, 100.0});
@@ -206,6 +235,7 @@ core::Result<PartFile> parse_part_file(std::string_view text, const std::string&
     part.nominal = read_nominal(root->table("nominal"));
     part.stylus = read_stylus(root->table("stylus"));
     part.scan = read_scan(root->table("scan"), part.nominal.kind);
+    part.fitting = read_fitting(root->table("fitting"));
     part.gate = read_gate(root->table("gate"));
     root->ignore("actual");
     if (auto status = root->finish(); !status) return tl::unexpected(std::move(status.error()));
@@ -215,7 +245,7 @@ core::Result<PartFile> parse_part_file(std::string_view text, const std::string&
 core::Result<GateSpec> load_gate_file(const std::string& path) {
     const auto root = ConfigTable::load(path);
     if (!root) return tl::unexpected(root.error());
-    for (const char* other : {"part", "nominal", "stylus", "scan", "actual"})
+    for (const char* other : {"part", "nominal", "stylus", "scan", "fitting", "actual"})
         root->ignore(other);
     if (!root->has("gate")) root->complain("gate", "is missing: a table with profile_mm, edge_profile_mm");
     const auto gate = read_gate(root->table("gate"));

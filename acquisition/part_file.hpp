@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "fitting/edge_kind.hpp"
+#include "fitting/filter.hpp"
 
 namespace cmm::acquisition {
 
@@ -47,6 +49,13 @@ struct GateSpec {
     std::optional<double> profile_mm, edge_profile_mm;  ///< full width of the zone; absent: reported, not judged
 };
 
+/// How the sections are fitted and their deviations filtered; by default nothing is asked for.
+struct FittingSpec {
+    std::optional<fitting::EdgeModel> le_model, te_model;  ///< absent: the points choose
+    double fairing_mm = 0.0;                               ///< how far fairing may move the contour; 0: none
+    fitting::ZoneFilters filters;                          ///< of the deviations that the profiles judge
+};
+
 /// A part file as the host sees it ([actual] is the simulator's). A value.
 struct PartFile {
     std::string path;  ///< of the file itself
@@ -55,6 +64,7 @@ struct PartFile {
     NominalSpec nominal;
     StylusSpec stylus;
     ScanSpec scan;
+    FittingSpec fitting;
     GateSpec gate;
 };
 

@@ -16,6 +16,7 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
     setup.z_mm = z_mm;
     setup.ball_radius_mm = part.stylus.radius_mm;
     setup.le_hint_mm = part.nominal.le_hint_mm;
+    setup.fitting = part.fitting;
     setup.gate = part.gate;
     if (nominal == nullptr) return setup;
 
@@ -48,6 +49,9 @@ SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<Record
     fitting::SectionOptions options;
     options.ball_radius_mm = setup.ball_radius_mm;
     options.le_hint = setup.le_hint_mm;
+    options.le_model = setup.fitting.le_model;
+    options.te_model = setup.fitting.te_model;
+    options.fairing_mm = setup.fitting.fairing_mm;
     if (!options.le_hint && last_le_mm_) {
         options.le_hint = last_le_mm_;
         options.te_hint = last_te_mm_;
@@ -55,6 +59,7 @@ SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<Record
     EvaluationOptions evaluation;
     evaluation.profile_mm = setup.gate.profile_mm;
     evaluation.edge_profile_mm = setup.gate.edge_profile_mm;
+    evaluation.filters = setup.fitting.filters;
     const ReferenceContour* nominal = nullptr;
     if (setup.nominal) {
         options.le_hint = setup.nominal->section.le_point();

@@ -29,6 +29,7 @@ struct SectionSetup {
     double ball_radius_mm = 1.0;
     std::optional<SectionNominal> nominal;
     std::optional<Eigen::Vector2d> le_hint_mm;  ///< without a nominal: what the part file says
+    FittingSpec fitting;
     GateSpec gate;
 };
 
@@ -43,7 +44,8 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
 /// not change their names from section to section. One owner; deterministic.
 class SectionJudge {
   public:
-    /// Verdicts that the points bring along (no contact, by operator, kept by operator) stand; the others are found anew.
+    /// Verdicts that the points bring along (no contact, by operator, kept by operator) stand; the others are found
+    /// anew.
     SectionResult finish(const SectionSetup& setup, std::vector<RecordedPoint> points);
 
   private:

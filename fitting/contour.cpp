@@ -10,6 +10,7 @@
 #include "core/text.hpp"
 #include "fitting/edge_fit.hpp"
 #include "fitting/edges.hpp"
+#include "fitting/fairing.hpp"
 #include "fitting/join.hpp"
 #include "fitting/offset.hpp"
 #include "fitting/thickness.hpp"
@@ -33,13 +34,15 @@ class ContourBuilder {
         auto part = offset_inwards(smooth_.curve, r, dense).points;
         auto edges = find_edges(part, options_.le_hint, options_.te_hint);
         if (!edges) return tl::unexpected(edges.error());
-        std::vector<EdgePatch> patches;
         const EdgeFitter fitter({smooth_, good_, part, r, noise()});
-        fit_.le = take(fitter.run(edges->le, edges->te, options_.le_model), patches);
-        fit_.te = take(fitter.run(edges->te, edges->le, options_.te_model), patches);
-        if (!patches.empty()) {
+        coverage_ = coverage_95(noise().freedom);
+        fit_.le = take(fitter.run(edges->le, edges->te, options_.le_model));
+        fit_.te = take(fitter.run(edges->te, edges->le, options_.te_model));
+        if (!patches_.empty() || options_.fairing_mm > 0.0) {
             const Vec2 le = part[edges->le.nose].position, te = part[edges->te.nose].position;
-            part = offset_inwards(join_edges(smooth_.curve, patches), r, dense).points;
+            auto curve = join_edges(smooth_.curve, patches_);
+            if (auto status = fair(curve); !status) return status;
+            part = offset_inwards(curve, r, dense).points;
             edges = find_edges(part, le, te);
             if (!edges) return tl::unexpected(edges.error());
         }
@@ -48,9 +51,19 @@ class ContourBuilder {
     }
 
   private:
-    static EdgeFit take(EdgeOutcome outcome, std::vector<EdgePatch>& patches) {
-        if (outcome.patch) patches.push_back(*outcome.patch);
+    EdgeFit take(EdgeOutcome outcome) {
+        if (outcome.patch) patches_.push_back(std::move(*outcome.patch));
         return std::move(outcome.fit);
+    }
+
+    /// Only when it was asked for; what it moves the contour by counts as uncertainty.
+    core::Status fair(PiecewiseCubic& curve) {
+        if (!(options_.fairing_mm > 0.0)) return {};
+        auto faired = fair_closed(curve, options_.fairing_mm);
+        if (!faired) return tl::unexpected(faired.error());
+        curve = std::move(faired->curve);
+        fit_.faired_mm = faired->largest_mm;
+        return {};
     }
 
     Noise noise() const { return {smooth_.sigma_mm, static_cast<double>(good_.size()) - smooth_.freedom}; }
@@ -74,12 +87,13 @@ class ContourBuilder {
         for (std::size_t k = 0; k < n; ++k) {
             const OffsetPoint &a = part[at(k)], &b = part[at(k + 1)];
             length[k + 1] = length[k] + (b.position - a.position).norm();
-            turn[k + 1] = turn[k] + std::abs(turn_angle(a.normal, b.normal));
+            turn[k + 1] = turn[k] + std::abs(turn_between(a.normal, b.normal));
         }
         for (std::size_t k = 0; k <= n; ++k)
             measure[k] = (1.0 - turn_share) * length[k] / length[n] + turn_share * turn[k] / turn[n];
         fit_.contour.resize(count);
         fit_.centre_curve.resize(count);
+        const double offset_error = lean_error(options_.ball_radius_mm, options_.lean_rad).in_plane_mm;
         std::size_t k = 0;
         for (std::size_t i = 0; i < count; ++i) {
             const double wanted = static_cast<double>(i) / static_cast<double>(count);
@@ -92,16 +106,23 @@ class ContourBuilder {
             out.position_mm = a.position + share * (b.position - a.position);
             out.normal = (a.normal + share * (b.normal - a.normal)).normalized();
             out.zone = zones[at(k)];
-            out.offset_error_mm = lean_error(options_.ball_radius_mm, options_.lean_rad).in_plane_mm;
-            out.u95_mm = noise_uncertainty(a.t) + out.offset_error_mm;
+            out.offset_error_mm = offset_error;
+            out.u95_mm = noise_uncertainty(a) + fit_.faired_mm + offset_error;
             out.reached = !a.on_arc;
             fit_.centre_curve[i] = out;
             fit_.centre_curve[i].position_mm += options_.ball_radius_mm * out.normal;
         }
     }
 
-    /// k = 2 times the noise that the smoothing leaves.
-    double noise_uncertainty(double t) const { return 2.0 * smooth_.noise.sigma_mm(smooth_.curve.wrap(t)); }
+    /// Student's factor (95 %) times the noise that the smoothing or an edge's model leaves.
+    double noise_uncertainty(const OffsetPoint& point) const {
+        const double t = smooth_.curve.wrap(point.t);
+        double sigma = smooth_.noise.sigma_mm(t);
+        for (const EdgePatch& patch : patches_)
+            if (const auto own = patch.sigma_mm(t, smooth_.curve.period(), point.position, point.normal, sigma))
+                sigma = *own;
+        return coverage_ * sigma;
+    }
 
     static void set_arc_lengths(std::vector<ContourPoint>& points) {
         for (std::size_t i = 1; i < points.size(); ++i)
@@ -113,6 +134,8 @@ class ContourBuilder {
     std::span<const Vec2> good_;
     const SectionOptions& options_;
     SectionFit& fit_;
+    std::vector<EdgePatch> patches_;
+    double coverage_ = 2.0;
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "core/text.hpp"
 #include "fitting/circle.hpp"
+#include "fitting/edge_form.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -162,17 +163,24 @@ EdgeFitter::Gathered EdgeFitter::gather(const EdgeRegion& region, const EdgeRegi
     return out;
 }
 
+/// The gathered points from one transition to the other.
+std::pair<std::size_t, std::size_t> EdgeFitter::zone_points(const EdgeRegion& region, const Gathered& gathered) const {
+    const double begin = source_.part[region.begin].t;
+    double end = source_.part[region.end].t;
+    if (end < begin) end += source_.smooth.curve.period();
+    const auto& t = gathered.t;
+    return {static_cast<std::size_t>(std::lower_bound(t.begin(), t.end(), begin) - t.begin()),
+            static_cast<std::size_t>(std::upper_bound(t.begin(), t.end(), end) - t.begin())};
+}
+
 /// The mean circle of the zone's middle part, for a radius; the contour stays free form.
 EdgeFit EdgeFitter::free_form(const EdgeRegion& region, const Gathered& gathered) const {
     EdgeFit fit;
-    const double period = source_.smooth.curve.period();
-    const double begin = source_.part[region.begin].t;
-    double length = source_.part[region.end].t - begin;
-    if (length < 0.0) length += period;
-    const double from = begin + 0.5 * (1.0 - arc_core_share) * length, to = begin + length - (from - begin);
+    const auto [first, last] = zone_points(region, gathered);
+    const auto trim = static_cast<std::size_t>(0.5 * (1.0 - arc_core_share) * static_cast<double>(last - first));
     std::vector<Vec2> points;
-    for (std::size_t i = 0; i < gathered.t.size(); ++i)
-        if (gathered.t[i] >= from && gathered.t[i] <= to) points.push_back(gathered.edge.points[i].centre);
+    for (std::size_t i = first + trim; i + trim < last; ++i)
+        points.push_back(gathered.edge.points[i].centre);
     const auto circle = fit_circle(points, source_.noise);
     if (!circle) {
         fit.why = circle.error().message;
@@ -195,6 +203,15 @@ EdgeFit EdgeFitter::free_form(const EdgeRegion& region, const Gathered& gathered
 
 EdgeOutcome EdgeFitter::run(const EdgeRegion& region, const EdgeRegion& other, std::optional<EdgeModel> request) const {
     const Gathered gathered = gather(region, other);
+    const auto [first, last] = zone_points(region, gathered);
+    const FormFinding finding = recognise_form(gathered.edge, first, last);
+    // A model that was asked for is tried on any end that was measured as a whole.
+    if (finding.form == EdgeForm::partial || (finding.form != EdgeForm::round && !request)) {
+        EdgeOutcome refused;
+        refused.fit.form = finding.form;
+        refused.fit.why = finding.text();
+        return refused;
+    }
     const EdgeChoice choice = choose_edge_model(gathered.edge, request);
     EdgeOutcome outcome;
     if (!choice.chosen) {

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "fitting/edges.hpp"
@@ -32,7 +33,7 @@ struct EdgeOutcome {
 class EdgeFitter {
   public:
     explicit EdgeFitter(const EdgeSource& source);
-    /// `other_mm` is the place of the other edge's nose.
+    /// One edge; `other` bounds its surroundings.
     EdgeOutcome run(const EdgeRegion& region, const EdgeRegion& other, std::optional<EdgeModel> request) const;
 
   private:
@@ -41,6 +42,7 @@ class EdgeFitter {
         std::vector<double> t;  // of the points, ascending, unwrapped
     };
     Gathered gather(const EdgeRegion& region, const EdgeRegion& other) const;
+    std::pair<std::size_t, std::size_t> zone_points(const EdgeRegion& region, const Gathered& gathered) const;
     EdgeFit free_form(const EdgeRegion& region, const Gathered& gathered) const;
 
     EdgeSource source_;

@@ -27,4 +27,18 @@ std::optional<EdgeModel> edge_model_from(std::string_view name) noexcept {
     return {};
 }
 
+std::string_view to_string(EdgeForm form) noexcept {
+    switch (form) {
+        case EdgeForm::round:
+            return "round";
+        case EdgeForm::blunt:
+            return "blunt";
+        case EdgeForm::square:
+            return "square";
+        case EdgeForm::partial:
+            return "partial";
+    }
+    return "";
+}
+
 }  // namespace cmm::fitting

@@ -13,62 +13,73 @@ namespace {
 using core::ErrorCode;
 
 constexpr double edge_turn_rad = 2.0 * std::numbers::pi / 3.0;
-constexpr double longest_share = 0.25;        // of the perimeter; a circle turns 120 degrees in a third of it
-constexpr double apart_share = 0.2;           // the two edges' middles are at least this share of the perimeter apart
+constexpr double longest_share = 0.25;  // of the perimeter; a circle turns 120 degrees in a third of it
+constexpr double apart_share = 0.2;     // the two edges' middles are at least this share of the perimeter apart
+constexpr std::size_t coarse_points = 600;
 constexpr double transition_curvature = 0.4;  // of the edge's mean curvature
 
-/// Arc length and unwrapped direction of the normal, three laps long so that no index wraps.
-struct Track {
-    std::vector<double> s, angle;
-    std::size_t n = 0;
-    double perimeter = 0.0;
-
-    explicit Track(std::span<const OffsetPoint> contour) : n(contour.size()) {
-        s.assign(3 * n + 1, 0.0);
-        angle.assign(3 * n + 1, 0.0);
-        for (std::size_t i = 1; i < s.size(); ++i) {
-            const OffsetPoint& from = contour[(i - 1) % n];
-            const OffsetPoint& to = contour[i % n];
-            s[i] = s[i - 1] + (to.position - from.position).norm();
-            angle[i] = angle[i - 1] + turn_angle(from.normal, to.normal);
+/// Arc length and unwrapped direction of the normal at the points, as if the contour went on for ever: index n is point
+/// 0 again, one perimeter and one turn later.
+class Track {
+  public:
+    explicit Track(std::span<const OffsetPoint> contour) : n_(contour.size()), s_(n_ + 1, 0.0), angle_(n_ + 1, 0.0) {
+        for (std::size_t i = 1; i <= n_; ++i) {
+            const OffsetPoint& from = contour[i - 1];
+            const OffsetPoint& to = contour[i < n_ ? i : 0];
+            s_[i] = s_[i - 1] + (to.position - from.position).norm();
+            angle_[i] = angle_[i - 1] + turn_between(from.normal, to.normal);
         }
-        perimeter = s[n];
     }
 
+    std::size_t size() const { return n_; }
+    double perimeter() const { return s_[n_]; }
+    double s(std::size_t i) const { return s_[i % n_] + static_cast<double>(i / n_) * s_[n_]; }
+    double angle(std::size_t i) const { return angle_[i % n_] + static_cast<double>(i / n_) * angle_[n_]; }
+    /// The first index at or beyond an arc length >= 0.
     std::size_t at(double where) const {
-        const auto found = std::lower_bound(s.begin(), s.end(), where);
-        return std::min(static_cast<std::size_t>(found - s.begin()), s.size() - 1);
+        const auto laps = static_cast<std::size_t>(where / s_[n_]);
+        const double inside = where - static_cast<double>(laps) * s_[n_];
+        const auto found = std::lower_bound(s_.begin(), s_.end(), inside);
+        return laps * n_ + static_cast<std::size_t>(found - s_.begin());
     }
+
+  private:
+    std::size_t n_;
+    std::vector<double> s_, angle_;
 };
 
 struct Window {
-    std::size_t begin = 0, end = 0;  // on the middle lap of the track
+    std::size_t begin = 0, end = 0;  // begin in the second lap of the track or next to it
     double length = 0.0;
 };
 
-/// The shortest arc that turns by 120 degrees, at least `apart` from `other`. The first, coarse pass only finds a
-/// length that bounds the second: texture makes the direction go back and forth, so two running ends would not do.
+/// The shortest arc that turns by 120 degrees, at least `apart` from `other`. Texture makes the direction go back and
+/// forth, so two running ends would not do; a coarse pass over every few points finds the place, a fine one the arc.
 std::optional<Window> sharpest(const Track& track, const std::optional<Window>& other) {
+    const std::size_t n = track.size(), stride = std::max<std::size_t>(1, n / coarse_points);
     std::optional<Window> best;
-    double limit = longest_share * track.perimeter;
-    const auto try_from = [&](std::size_t i) {
-        std::size_t j = i + 1;
-        while (j + 1 < track.s.size() && track.s[j] - track.s[i] < limit &&
-               track.angle[j] - track.angle[i] < edge_turn_rad)
-            ++j;
-        const double length = track.s[j] - track.s[i];
-        if (length >= limit || track.angle[j] - track.angle[i] < edge_turn_rad) return;
+    double limit = longest_share * track.perimeter();
+    const auto try_from = [&](std::size_t i, std::size_t step) {
+        const double s = track.s(i), angle = track.angle(i);
+        std::size_t j = i + step;
+        while (track.s(j) - s < limit && track.angle(j) - angle < edge_turn_rad)
+            j += step;
+        const double length = track.s(j) - s;
+        if (length >= limit || track.angle(j) - angle < edge_turn_rad) return;
         if (other) {
-            const double middle = 0.5 * (track.s[i] + track.s[j]);
-            const double theirs = 0.5 * (track.s[other->begin] + track.s[other->end]);
-            if (std::abs(std::remainder(middle - theirs, track.perimeter)) < apart_share * track.perimeter) return;
+            const double middle = 0.5 * (s + track.s(j)), theirs = 0.5 * (track.s(other->begin) + track.s(other->end));
+            if (std::abs(std::remainder(middle - theirs, track.perimeter())) < apart_share * track.perimeter()) return;
         }
         limit = length;
         best = Window{i, j, length};
     };
-    for (const std::size_t stride : {std::size_t{16}, std::size_t{1}})
-        for (std::size_t i = track.n; i < 2 * track.n; i += stride)
-            try_from(i);
+    for (std::size_t i = n; i < 2 * n; i += stride)
+        try_from(i, stride);
+    if (!best || stride == 1) return best;
+    const std::size_t around = best->begin;
+    limit *= 1.0 + 1e-9;
+    for (std::size_t i = around - stride; i <= around + stride; ++i)
+        try_from(i, 1);
     return best;
 }
 
@@ -78,33 +89,34 @@ EdgeRegion region_of(const Track& track, const Window& window) {
     const double lag = 0.35 * region.scale_mm;
     const double least = transition_curvature / region.scale_mm * lag;
     const double farthest = 4.0 * region.scale_mm;
-    const std::size_t middle = track.at(0.5 * (track.s[window.begin] + track.s[window.end]));
+    const std::size_t middle = track.at(0.5 * (track.s(window.begin) + track.s(window.end)));
 
-    std::size_t end = middle;
-    while (end + 1 < track.s.size() && track.s[end] - track.s[middle] < farthest) {
-        const std::size_t ahead = track.at(track.s[end] + lag);
-        if (track.angle[ahead] - track.angle[end] < least && end >= window.end) break;
-        ++end;
+    std::size_t end = middle, ahead = middle;
+    for (; track.s(end) - track.s(middle) < farthest; ++end) {
+        while (track.s(ahead) < track.s(end) + lag)
+            ++ahead;
+        if (end >= window.end && track.angle(ahead) - track.angle(end) < least) break;
     }
-    std::size_t begin = middle;
-    while (begin > 0 && track.s[middle] - track.s[begin] < farthest) {
-        const std::size_t behind = track.at(track.s[begin] - lag);
-        if (track.angle[begin] - track.angle[behind] < least && begin <= window.begin) break;
-        --begin;
+    std::size_t begin = middle, behind = middle;
+    for (; track.s(middle) - track.s(begin) < farthest; --begin) {
+        while (track.s(behind) > track.s(begin) - lag)
+            --behind;
+        if (begin <= window.begin && track.angle(begin) - track.angle(behind) < least) break;
     }
     // The sides are taken a little away from the edge, where they hardly turn: their normals are then stable.
     const double away = 2.0 * region.scale_mm;
-    const double before = track.angle[track.at(track.s[begin] - away)];
-    const double after = track.angle[track.at(track.s[end] + away)];
+    const double before = track.angle(track.at(track.s(begin) - away));
+    const double after = track.angle(track.at(track.s(end) + away));
     const double halfway = 0.5 * (before + after);
     std::size_t nose = begin;
-    while (nose < end && track.angle[nose] < halfway)
+    while (nose < end && track.angle(nose) < halfway)
         ++nose;
 
-    region.begin = begin % track.n;
-    region.end = end % track.n;
-    region.middle = middle % track.n;
-    region.nose = nose % track.n;
+    const std::size_t n = track.size();
+    region.begin = begin % n;
+    region.end = end % n;
+    region.middle = middle % n;
+    region.nose = nose % n;
     return region;
 }
 

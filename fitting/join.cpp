@@ -205,12 +205,36 @@ Vec2 Bridge::place(const Vec2& p) const {
     return joint + u * length_mm * along + value(y, u) * outward;
 }
 
+std::optional<double> EdgePatch::sigma_mm(double t, double period, const Vec2& part_point, const Vec2& normal,
+                                          double free_mm) const {
+    t += period * std::ceil((before.t_free - t) / period);
+    if (t > after.t_free) return {};
+    const bool on_before = t < before.t_joint, on_model = !on_before && t <= after.t_joint;
+    const Bridge& bridge = on_before ? before : after;
+    const Vec2 near = on_model ? normal : bridge.outward;
+    const Vec2 at = on_model ? part_point : Vec2(bridge.joint - ball_mm * bridge.outward);
+    const double model_mm = std::visit(
+        [&](const auto& s) {
+            if constexpr (std::is_same_v<std::decay_t<decltype(s)>, std::monostate>) {
+                return free_mm;
+            } else {
+                const auto slopes = s.foot(at, near).slopes;
+                return std::sqrt(std::max(0.0, slopes.dot(covariance * slopes)));
+            }
+        },
+        shape);
+    if (on_model) return model_mm;
+    const double u = std::clamp((t - bridge.t_joint) / (bridge.t_free - bridge.t_joint), 0.0, 1.0);
+    const double own = 4.0 * u * (1.0 - u);  // the bridge's two parameters and the place of the joint: as the free form
+    return std::sqrt((1.0 - u) * model_mm * model_mm + (u + own) * free_mm * free_mm);
+}
+
 std::optional<EdgePatch> make_patch(const PiecewiseCubic& curve, const EdgePoints& edge, std::span<const double> t,
                                     const ModelTrial& trial) {
     const auto before = BridgeBuilder(curve, edge, t, trial, false).run();
     const auto after = BridgeBuilder(curve, edge, t, trial, true).run();
     if (!before || !after) return {};
-    return EdgePatch{trial.shape, edge.ball_mm, *before, *after};
+    return EdgePatch{trial.shape, edge.ball_mm, trial.covariance, *before, *after};
 }
 
 PiecewiseCubic join_edges(const PiecewiseCubic& curve, std::span<const EdgePatch> patches) {

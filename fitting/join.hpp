@@ -26,7 +26,14 @@ struct Bridge {
 struct EdgePatch {
     EdgeShape shape;
     double ball_mm = 0.0;
+    Eigen::MatrixXd covariance;  ///< of the shape's parameters
     Bridge before, after;  ///< before.t_free < before.t_joint < after.t_joint < after.t_free; may pass the period's end
+
+    /// Standard uncertainty across the joined curve at parameter t, where the outward normal is `normal`; `free_mm` is
+    /// that of the free form there. On the model it follows from the parameters' covariance, on a bridge it runs from
+    /// that of the joint to that of the free form; nothing outside the patch.
+    std::optional<double> sigma_mm(double t, double period, const Vec2& part_point, const Vec2& normal,
+                                   double free_mm) const;
 };
 
 /// Places both joints of a model where the points want them and builds the bridges (seed 000, A21: where the paper

@@ -181,8 +181,9 @@ class Finder {
 
     /// A point that was settled is settled as long as the scatter has not become clearly smaller.
     bool suspicious(std::ptrdiff_t i) {
-        if (state(i) == State::bad || sigma_at(i) > 0.8 * settled_at_[static_cast<std::size_t>(i)]) return false;
-        if (ratio_[static_cast<std::size_t>(i)] > suspect_factor * sigma_at(i)) return true;
+        const std::size_t at = static_cast<std::size_t>(wrapped(i));
+        if (state(i) == State::bad || sigma_at(i) > 0.8 * settled_at_[at]) return false;
+        if (ratio_[at] > suspect_factor * sigma_at(i)) return true;
         if (!exists(i - 1) || !exists(i + 1)) return false;
         const Vec2 in = point(i) - point(i - 1), out = point(i + 1) - point(i);
         if (std::abs(cross(in, out)) <= sharp_turn_rad * in.dot(out)) return false;

@@ -32,6 +32,7 @@ struct SectionOptions {
         le_hint;  ///< a point near the LE (from the nominal); otherwise the larger edge radius is LE
     std::optional<Eigen::Vector2d> te_hint;
     std::optional<EdgeModel> le_model, te_model;  ///< asked for; otherwise the points choose
+    double fairing_mm = 0.0;  ///< A20: how far fairing may move the contour; 0: none, as befits a tolerance decision
     /// A22: angle of the surface to the section normal plane where it is known (one per contour is enough for the
     /// bound).
     double lean_rad = 0.0;
@@ -63,6 +64,7 @@ struct EdgeEvidence {
 struct EdgeFit {
     bool valid = false;  ///< there is a radius; false: `why` says why not (short arc, too few points, not round)
     std::string why;
+    EdgeForm form = EdgeForm::round;
     EdgeModel model = EdgeModel::free;
     std::vector<EdgeParameter> parameters;                ///< of the model
     std::vector<EdgeEvidence> evidence;                   ///< of each model that was tried
@@ -90,6 +92,7 @@ struct SectionFit {
     std::vector<PointVerdict> verdicts;  ///< one per input point, in input order
     std::size_t rejected = 0;
     double noise_sigma_mm = 0.0;  ///< estimated standard deviation of the accepted points about the fit
+    double faired_mm = 0.0;       ///< by so much fairing moved the contour at most; part of every point's u95
     EdgeFit le, te;
     Eigen::Vector2d le_point_mm = Eigen::Vector2d::Zero();  ///< nose point of the part contour
     Eigen::Vector2d te_point_mm = Eigen::Vector2d::Zero();

@@ -90,8 +90,8 @@ Result<Part> load_part(const std::string& part_file) {
     numbers.part.name = part.required_text("name");
     part.word("kind", "blade", {"blade"});
     part.text("serial", "");
-    root->ignore("scan");
-    root->ignore("gate");
+    for (const char* of_the_host : {"scan", "fitting", "gate"})
+        root->ignore(of_the_host);
     read_stylus(root->table("stylus"), numbers.part);
     const ConfigTable actual = root->table("actual");
     read_actual(actual, numbers);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
 #include "fitting/offset.hpp"
 #include "fitting/offset_spline.hpp"
@@ -230,6 +231,28 @@ TEST(Evaluation, AShallowHollowIsComparedWithTheBall) {
         if (beside_a_corner(bent, at)) continue;
         EXPECT_NEAR(*deviations[i], thicker, 2e-5) << at.transpose();
     }
+}
+
+/// Waviness of 1 mm in the middle, below a cut-off of 4 mm: the filtered profile does not see it, and says which filter
+/// it went through.
+TEST(Evaluation, AFilterJudgesTheSidesOnly) {
+    EvaluationOptions options = limits();
+    options.filters.at(Zone::suction) = options.filters.at(Zone::pressure) = {fitting::FilterKind::gaussian, 4.0};
+    const auto wave = [](const fitting::ContourPoint& point) {
+        const double s = point.arc_length_mm - 95.0;  // from the middle of the suction side: its ends are smooth
+        return 0.02 + 0.01 * std::exp(-0.02 * s * s) * std::cos(2.0 * std::numbers::pi * s);
+    };
+    const auto plain = judged(wave, limits()), filtered = judged(wave, options);
+    EXPECT_NEAR(*plain.find("profile_suction")->value_mm, 2 * 0.03, 5e-4);  // the crest lies between two points
+    EXPECT_NEAR(*filtered.find("profile_suction")->value_mm, 2 * 0.02, 2e-4);
+    EXPECT_EQ(*filtered.find("profile_le")->value_mm, *plain.find("profile_le")->value_mm);
+    EXPECT_NE(filtered.find("profile_suction")->method.find("ISO 16610-21, cut-off 4.000 mm"), std::string::npos);
+    EXPECT_EQ(filtered.find("profile_le")->method.find("16610"), std::string::npos);
+    EXPECT_EQ(plain.deviation_mm, filtered.deviation_mm) << "what was measured is kept";
+    options.filters.at(Zone::te) = {fitting::FilterKind::spline, 50.0};
+    const auto refused = judged(wave, options);
+    EXPECT_EQ(refused.find("profile_te")->decision, Decision::not_evaluable);
+    EXPECT_NE(refused.find("profile_te")->note.find("shorter than the cut-off"), std::string::npos);
 }
 
 TEST(Evaluation, WithoutANominalThereIsNothingToJudge) {

@@ -62,6 +62,38 @@ TEST(PartFile, ReadsTheParametricBladeInRadians) {
     EXPECT_EQ(part->scan.heights_mm, (std::vector<double>{10, 20, 30, 40, 50}));
 }
 
+TEST(PartFile, ReadsHowSectionsAreFitted) {
+    using fitting::EdgeModel;
+    using fitting::FilterKind;
+    using fitting::Zone;
+    const auto plain = parse_part_file(none_part, "p.toml");
+    ASSERT_TRUE(plain) << plain.error().text();
+    EXPECT_FALSE(plain->fitting.le_model);
+    EXPECT_EQ(plain->fitting.fairing_mm, 0.0);
+    EXPECT_EQ(plain->fitting.filters.at(Zone::te).kind, FilterKind::none);
+    const auto part = parse_part_file(none_part +
+                                          "[fitting]\nle_model = \"ellipse\"\nte_model = \"auto\"\nfairing_mm = 0.002\n"
+                                          "side_filter = \"gaussian\"\nside_cutoff_mm = 0.8\n"
+                                          "edge_filter = \"robust_gaussian\"\nedge_cutoff_mm = 0.08\n",
+                                      "p.toml");
+    ASSERT_TRUE(part) << part.error().text();
+    EXPECT_EQ(part->fitting.le_model, EdgeModel::ellipse);
+    EXPECT_FALSE(part->fitting.te_model);
+    EXPECT_DOUBLE_EQ(part->fitting.fairing_mm, 0.002);
+    for (const Zone side : {Zone::suction, Zone::pressure}) {
+        EXPECT_EQ(part->fitting.filters.at(side).kind, FilterKind::gaussian);
+        EXPECT_DOUBLE_EQ(part->fitting.filters.at(side).cutoff_mm, 0.8);
+    }
+    for (const Zone edge : {Zone::le, Zone::te}) {
+        EXPECT_EQ(part->fitting.filters.at(edge).kind, FilterKind::robust_gaussian);
+        EXPECT_DOUBLE_EQ(part->fitting.filters.at(edge).cutoff_mm, 0.08);
+    }
+    EXPECT_NE(error_of(none_part + "[fitting]\nle_model = \"square\"\n").find("not \"square\""), std::string::npos);
+    EXPECT_NE(error_of(none_part + "[fitting]\nside_filter = \"spline\"\n").find("side_cutoff_mm is missing"),
+              std::string::npos);
+    EXPECT_NE(error_of(none_part + "[fitting]\nedge_cutoff_mm = 0.1\n").find("needs edge_filter"), std::string::npos);
+}
+
 TEST(PartFile, SaysWhereAndWhatIsWrong) {
     EXPECT_EQ(error_of(replaced(none_part, "heights_mm", "hights_mm")),
               "dir/p.toml:6:1: unknown key scan.hights_mm; did you mean \"heights_mm\"?");

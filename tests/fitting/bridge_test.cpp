@@ -82,13 +82,15 @@ TEST(Bridge, APointNextToACornerBelongsToItsSide) {
     EXPECT_GT(std::abs(verdict.ratio()), 5.0) << "neither side";
 }
 
-/// Two sides on different levels do not meet: nobody can say on which of them the point belongs.
-TEST(Bridge, AStepIsNoCorner) {
+/// Two sides on different levels: between them any level may be, beyond both none.
+TEST(Bridge, BesideAStepAPointBeyondBothLevelsIsNotGood) {
     core::Rng rng(4);
     const Curve step = [](double s) { return Vec2(s, s < 0 ? 0.0 : 0.05); };
     const auto near = around(step, 0.1, 1, 8, 8, 0.5e-3, rng);
-    const Verdict verdict = judge_point(near, {0.0, 0.025}, 0.5e-3);
-    EXPECT_FALSE(verdict.resolved && std::abs(verdict.ratio()) < 3.0);
+    for (const double level : {-0.1, 0.15}) {
+        const Verdict verdict = judge_point(near, {0.0, level}, 0.5e-3);
+        EXPECT_FALSE(verdict.resolved && std::abs(verdict.ratio()) < 3.0) << level;
+    }
 }
 
 TEST(Bridge, AnEndIsJudgedByItsOneSide) {
