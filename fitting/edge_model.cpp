@@ -46,7 +46,8 @@ class Chooser {
 
     bool wanted(EdgeModel model) const { return !request_ || *request_ == model; }
 
-    /// An ellipse whose roundness is not told from a parabola's is tried as one first.
+    /// An ellipse whose roundness is not told from a parabola's is tried as one first; where no ellipse will do, no
+    /// parabola will, which is one of them.
     bool try_conics() {
         const auto start = vertex_start();
         if (!start) return false;
@@ -59,7 +60,7 @@ class Chooser {
         const double variance =
             std::pow(fitter_.edge().noise.sigma_mm, 2) * ellipse.normal.ldlt().solve(EllipseShape::Values::Unit(4))[4];
         const double significance = roundness * std::abs(roundness) / std::max(variance, 1e-300);
-        if (!request_ && significance < surely_round)
+        if (!request_ && !ellipse.hopeless && significance < surely_round)
             if (try_shape(std::optional(ParabolaShape(ellipse.shape.values().head<4>())))) return true;
         return significance > barely_round && try_shape(std::optional(ellipse.shape));
     }

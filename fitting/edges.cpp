@@ -33,8 +33,8 @@ class Track {
 
     std::size_t size() const { return n_; }
     double perimeter() const { return s_[n_]; }
-    double s(std::size_t i) const { return s_[i % n_] + static_cast<double>(i / n_) * s_[n_]; }
-    double angle(std::size_t i) const { return angle_[i % n_] + static_cast<double>(i / n_) * angle_[n_]; }
+    double s(std::size_t i) const { return on_any_lap(s_, i); }
+    double angle(std::size_t i) const { return on_any_lap(angle_, i); }
     /// The first index at or beyond an arc length >= 0.
     std::size_t at(double where) const {
         const auto laps = static_cast<std::size_t>(where / s_[n_]);
@@ -44,6 +44,14 @@ class Track {
     }
 
   private:
+    /// The laps are few, and subtracting is cheaper than dividing.
+    double on_any_lap(const std::vector<double>& values, std::size_t i) const {
+        double before = 0.0;
+        for (; i >= n_; i -= n_)
+            before += values[n_];
+        return before + values[i];
+    }
+
     std::size_t n_;
     std::vector<double> s_, angle_;
 };
@@ -54,7 +62,8 @@ struct Window {
 };
 
 /// The shortest arc that turns by 120 degrees, at least `apart` from `other`. Texture makes the direction go back and
-/// forth, so two running ends would not do; a coarse pass over every few points finds the place, a fine one the arc.
+/// forth, so two running ends would not do; coarse passes over every few points bound the length and find the place, a
+/// fine one the arc.
 std::optional<Window> sharpest(const Track& track, const std::optional<Window>& other) {
     const std::size_t n = track.size(), stride = std::max<std::size_t>(1, n / coarse_points);
     std::optional<Window> best;
@@ -73,8 +82,9 @@ std::optional<Window> sharpest(const Track& track, const std::optional<Window>& 
         limit = length;
         best = Window{i, j, length};
     };
-    for (std::size_t i = n; i < 2 * n; i += stride)
-        try_from(i, stride);
+    for (const std::size_t pass : {8 * stride, stride})
+        for (std::size_t i = n; i < 2 * n; i += pass)
+            try_from(i, pass);
     if (!best || stride == 1) return best;
     const std::size_t around = best->begin;
     limit *= 1.0 + 1e-9;

@@ -26,14 +26,17 @@ class ModelFitter {
 
     template <class Shape>
     OrthogonalFit<Shape> fit(const Shape& start, const EdgeWindow& w) {
-        return fit_orthogonal(data_.part(w.begin, w.end), start);
+        OrthogonalData data = data_.part(w.begin, w.end);
+        if (edge_.noise.freedom > 0.0)
+            data.hopeless_squares = hopeless_variances * sigma_ * sigma_ * static_cast<double>(w.count());
+        return fit_orthogonal(data, start);
     }
 
     /// Why the shape, just fitted in the window, cannot be the points'; empty: it can.
     template <class Shape>
     std::string misfit(const OrthogonalFit<Shape>& fitted, const EdgeWindow& w) const {
-        if (!fitted.converged) return "the fit does not converge";
-        if (!within_noise(fitted.squares, static_cast<double>(w.count()) - Shape::size))
+        if (!fitted.converged && !fitted.hopeless) return "the fit does not converge";
+        if (fitted.hopeless || !within_noise(fitted.squares, static_cast<double>(w.count()) - Shape::size))
             return "the points leave it by more than their noise";
         if (follow_each_other(w) || structured(fitted, w)) return "the points leave it systematically";
         return {};
@@ -144,6 +147,8 @@ class ModelFitter {
     }
     bool within_noise(double squares, double freedom) const;
     bool follow_each_other(const EdgeWindow& w) const;
+
+    static constexpr double hopeless_variances = 6.0;  // Fisher's 99.9 % limit is below it from 4 points on
 
     const EdgePoints& edge_;
     double sigma_, price_;  // price_: of a parameter

@@ -47,7 +47,7 @@ struct Chain {
 /// Whether p lies on the stretch just measured, behind its end: the scan stepped back.
 bool steps_back(const Chain& chain, const Vec2& p) {
     const std::size_t n = chain.good.size();
-    if (n < 4) return false;
+    if (n < 4 || (p - chain.good[n - 1]).dot(chain.good[n - 1] - chain.good[n - 2]) > 0.0) return false;
     const double step = chain.step_near(n - 1, 8);
     const double lateral = std::min(back_lateral_mm, 0.3 * step);
     for (std::size_t j = n > back_reach ? n - back_reach : 1; j < n; ++j) {

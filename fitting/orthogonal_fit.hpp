@@ -16,10 +16,13 @@ struct OrthogonalData {
     std::span<Vec2> normals;      ///< in: outward unit normals as far as they are known; out: those of the feet
     std::span<double> residuals;  ///< out: |p - foot| - ball, signed, mm
     double ball_mm = 0.0;
+    /// A sum of squares above this that has nearly stopped falling is not worth more rounds: the fit ends, hopeless.
+    double hopeless_squares = std::numeric_limits<double>::infinity();
 
     OrthogonalData part(std::size_t begin, std::size_t end) const {
         const std::size_t n = end - begin;
-        return {points.subspan(begin, n), normals.subspan(begin, n), residuals.subspan(begin, n), ball_mm};
+        return {points.subspan(begin, n), normals.subspan(begin, n), residuals.subspan(begin, n), ball_mm,
+                hopeless_squares};
     }
 };
 
@@ -57,6 +60,7 @@ struct OrthogonalFit {
     double squares = std::numeric_limits<double>::infinity();  ///< sum of squared residuals, mm^2
     Matrix normal = Matrix::Zero();                            ///< inverse covariance at unit variance
     bool converged = false;
+    bool hopeless = false;
 };
 
 /// Minimises the sum of squared residuals over the shape's parameters, by the method of Levenberg 1944 and Marquardt
@@ -65,8 +69,9 @@ struct OrthogonalFit {
 template <class Shape>
 OrthogonalFit<Shape> fit_orthogonal(const OrthogonalData& data, const Shape& start) {
     constexpr int most_rounds = 15;
-    constexpr double last_step = 1e-7;  // mm and rad: what then is missing is some powers of ten smaller
-    constexpr double still = 1e-6;      // of the sum of squares
+    constexpr double last_step = 1e-7;      // mm and rad: what then is missing is some powers of ten smaller
+    constexpr double still = 1e-6;          // of the sum of squares
+    constexpr double hopeless_gain = 0.05;  // of the sum of squares, in a round
     constexpr int last_rounds = 2;
     constexpr double longest_last_step = 1e-2;  // mm and rad: farther, the undamped step is not trusted
     OrthogonalFit<Shape> fit{start};
@@ -74,7 +79,7 @@ OrthogonalFit<Shape> fit_orthogonal(const OrthogonalData& data, const Shape& sta
     OrthogonalSums<Shape> now(start, data);
     double damping = 1e-4;
     bool current = true;  // the residuals are those of fit.shape
-    for (int round = 0; round < most_rounds && !fit.converged && damping < 1e8; ++round) {
+    for (int round = 0; round < most_rounds && !fit.converged && !fit.hopeless && damping < 1e8; ++round) {
         auto damped = now.matrix;
         damped.diagonal() *= 1.0 + damping;
         damped.diagonal().array() += 1e-12 * now.matrix.diagonal().maxCoeff();
@@ -84,7 +89,9 @@ OrthogonalFit<Shape> fit_orthogonal(const OrthogonalData& data, const Shape& sta
             const OrthogonalSums<Shape> then(next, data);
             current = then.squares <= now.squares;
             if (current) {
-                fit.converged = damping < 1e-2 && (small || now.squares - then.squares <= still * now.squares);
+                const double gain = now.squares - then.squares;
+                fit.converged = damping < 1e-2 && (small || gain <= still * now.squares);
+                fit.hopeless = then.squares > data.hopeless_squares && gain <= hopeless_gain * now.squares;
                 fit.shape = next;
                 now = then;
                 damping *= 0.1;
@@ -96,7 +103,7 @@ OrthogonalFit<Shape> fit_orthogonal(const OrthogonalData& data, const Shape& sta
     }
     if (!current) now = OrthogonalSums<Shape>(fit.shape, data);
     // At the minimum the sums differ by rounding only and cannot judge a step any more: the last steps are not asked.
-    for (int round = 0; round < last_rounds && fit.converged; ++round) {
+    for (int round = 0; round < last_rounds && fit.converged && !fit.hopeless; ++round) {
         const typename Shape::Values step = now.matrix.ldlt().solve(now.rhs);
         const Shape next(fit.shape.values() + step);
         if (!next.valid() || !(step.cwiseAbs().maxCoeff() < longest_last_step)) break;
