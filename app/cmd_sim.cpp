@@ -5,11 +5,39 @@
 #include "acquisition/json_text.hpp"
 #include "app/commands.hpp"
 #include "app/console.hpp"
-#include "drivers/endpoint.hpp"
+#include "drivers/serial_settings.hpp"
 #include "sim/simulator.hpp"
 
 namespace cmm::app {
 namespace {
+
+sim::SerialLine serial_line(const drivers::Endpoint& endpoint, drivers::Parity default_parity) {
+    const auto settings = drivers::SerialSettings::of(endpoint, default_parity);
+    sim::SerialLine line;
+    line.path = settings.device;
+    line.pty = endpoint.word("pty", "no") == "yes";
+    line.baud = settings.baud;
+    line.parity = static_cast<sim::SerialLine::Parity>(settings.parity);
+    line.stop_bits = settings.stop_bits;
+    return line;
+}
+
+core::Result<sim::Listen> listen_on(const std::string& url) {
+    const auto endpoint = drivers::Endpoint::parse(url);
+    if (!endpoint) return tl::unexpected(endpoint.error());
+    sim::Listen listen;
+    listen.unit = static_cast<std::uint8_t>(endpoint->integer("unit", 1));
+    if (endpoint->scheme == "modbus+tcp") {
+        listen.address = endpoint->host;
+        listen.port = endpoint->port;
+    } else if (endpoint->scheme == "modbus+rtu") {
+        listen.kind = sim::Listen::Kind::modbus_rtu;
+        listen.line = serial_line(*endpoint, drivers::Parity::even);
+    } else {
+        return core::fail(core::ErrorCode::usage, url + ": the simulator speaks modbus+tcp and modbus+rtu");
+    }
+    return listen;
+}
 
 core::Result<sim::SimulatorOptions> simulator_options(const SimOptions& options) {
     sim::SimulatorOptions simulator;
@@ -25,16 +53,12 @@ core::Result<sim::SimulatorOptions> simulator_options(const SimOptions& options)
         if (options.machine.empty()) simulator.machine_file = *folder + "/machines/sim.toml";
         if (options.map.empty()) simulator.map_file = *folder + "/maps/cmm-v1.toml";
     }
-    if (options.listen.size() != 1)
-        return core::fail(core::ErrorCode::usage, "this version listens on one endpoint: give --listen once");
-    const auto endpoint = drivers::Endpoint::parse(options.listen.front());
-    if (!endpoint) return tl::unexpected(endpoint.error());
-    if (endpoint->scheme != "modbus+tcp") {
-        return core::fail(core::ErrorCode::usage,
-                          options.listen.front() + ": the simulator of this version speaks modbus+tcp");
+    simulator.listen.clear();
+    for (const std::string& url : options.listen) {
+        const auto listen = listen_on(url);
+        if (!listen) return tl::unexpected(listen.error());
+        simulator.listen.push_back(*listen);
     }
-    simulator.address = endpoint->host;
-    simulator.port = endpoint->port;
     return simulator;
 }
 
@@ -52,12 +76,19 @@ int run_sim(const SimOptions& options) {
     if (!prepared) return report(prepared.error(), options.json);
     auto simulator = sim::Simulator::start(*prepared);
     if (!simulator) return report(simulator.error(), options.json);
-    const std::string url = (*simulator)->url();
     if (options.json) {
-        std::printf("{%s}\n",
-                    acquisition::JsonFields().add("url", url).add("port", (*simulator)->port()).text().c_str());
+        std::string list;
+        for (const std::string& url : (*simulator)->urls())
+            list += (list.empty() ? "" : ",") + acquisition::json_string(url);
+        std::printf("{%s}\n", acquisition::JsonFields()
+                                  .add("url", (*simulator)->url())
+                                  .add("port", (*simulator)->port())
+                                  .raw("urls", "[" + list + "]")
+                                  .text()
+                                  .c_str());
     } else {
-        std::printf("listening on %s\n", url.c_str());
+        for (const std::string& url : (*simulator)->urls())
+            std::printf("listening on %s\n", url.c_str());
     }
     std::fflush(stdout);
     int signal = 0;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstdlib>
 #include <optional>
 #include <span>
 #include <vector>
@@ -21,9 +22,21 @@ struct OptionForm {
     std::array<std::string_view, 3> words{};
 };
 
+/// What serial ports and libraries have a setting for. libmodbus takes 9600 for any other, without a word.
+constexpr std::array<std::int64_t, 20> line_speeds{
+    300,     600,     1200,    2400,    4800,    9600,      19'200,    38'400,    57'600,    115'200,
+    230'400, 460'800, 500'000, 576'000, 921'600, 1'000'000, 1'152'000, 3'000'000, 3'500'000, 4'000'000};
+
 constexpr OptionForm unit_option{"unit", 0, 255, {}};
-constexpr OptionForm baud_option{"baud", 300, 4'000'000, {}};
+constexpr OptionForm rtu_unit_option{"unit", 1, 247, {}};  // 0 is a broadcast: nobody answers
+constexpr OptionForm baud_option{"baud", line_speeds.front(), line_speeds.back(), {}};
 constexpr OptionForm parity_option{"parity", 0, 0, {"none", "even", "odd"}};
+constexpr OptionForm stop_bits_option{"stop_bits", 1, 2, {}};
+constexpr OptionForm rts_option{"rts", 0, 0, {"none", "up", "down"}};
+constexpr OptionForm rts_delay_option{"rts_delay_us", 0, 100'000, {}};
+constexpr OptionForm turnaround_option{"turnaround_ms", 0, 100, {}};
+constexpr OptionForm gap_option{"gap_us", 0, 100'000, {}};
+constexpr OptionForm pty_option{"pty", 0, 0, {"no", "yes"}};
 
 struct SchemeForm {
     std::string_view name;
@@ -34,12 +47,16 @@ struct SchemeForm {
 };
 
 constexpr std::array tcp_options{unit_option};
-constexpr std::array rtu_options{unit_option, baud_option, parity_option};
-constexpr std::array line_options{baud_option, parity_option};
+constexpr std::array rtu_options{rtu_unit_option,  baud_option,       parity_option, stop_bits_option, rts_option,
+                                 rts_delay_option, turnaround_option, gap_option,    pty_option};
+constexpr std::array gateway_options{rtu_unit_option,  baud_option,       parity_option,
+                                     stop_bits_option, turnaround_option, gap_option};
+constexpr std::array line_options{baud_option, parity_option, stop_bits_option, pty_option};
 
 constexpr std::array schemes{
     SchemeForm{"modbus+tcp", Form::network, 502, "modbus+tcp://host:502?unit=1", tcp_options},
     SchemeForm{"modbus+rtu", Form::device, 0, "modbus+rtu:///dev/ttyUSB0?baud=115200&parity=even", rtu_options},
+    SchemeForm{"modbus+rtu+tcp", Form::network, 502, "modbus+rtu+tcp://gateway:502?unit=1", gateway_options},
     SchemeForm{"line+serial", Form::device, 0, "line+serial:///dev/ttyUSB0?baud=115200", line_options},
     SchemeForm{"ipp", Form::network, 1294, "ipp://host:1294", {}},
     SchemeForm{"replay", Form::file, 0, "replay:run.cmmrun", {}},
@@ -182,13 +199,36 @@ class Parser {
 
     core::Status check_value(const OptionForm& option, std::string_view value) const {
         if (!option.words.front().empty()) {
-            if (std::find(option.words.begin(), option.words.end(), value) != option.words.end()) return {};
-            return error(std::string(option.name) + " must be none, even or odd, not \"" + std::string(value) + "\"");
+            const auto* const found = std::find(option.words.begin(), option.words.end(), value);
+            if (found != option.words.end() && !value.empty()) return {};
+            return error(std::string(option.name) + " must be " + choice(option.words) + ", not \"" +
+                         std::string(value) + "\"");
         }
         const auto number = whole_number(value);
-        if (number && *number >= option.low && *number <= option.high) return {};
+        if (number && *number >= option.low && *number <= option.high) return check_speed(option, *number);
         return error(std::string(option.name) + " must be a whole number from " + std::to_string(option.low) + " to " +
                      std::to_string(option.high) + ", not \"" + std::string(value) + "\"");
+    }
+
+    /// "none, even or odd"
+    static std::string choice(std::span<const std::string_view> words) {
+        std::string text;
+        for (std::size_t k = 0; k < words.size() && !words[k].empty(); ++k) {
+            const bool last = k + 1 == words.size() || words[k + 1].empty();
+            text += (k == 0 ? "" : last ? " or " : ", ") + std::string(words[k]);
+        }
+        return text;
+    }
+
+    core::Status check_speed(const OptionForm& option, std::int64_t value) const {
+        if (option.name != baud_option.name ||
+            std::find(line_speeds.begin(), line_speeds.end(), value) != line_speeds.end())
+            return {};
+        const auto nearest = *std::min_element(line_speeds.begin(), line_speeds.end(), [value](auto a, auto b) {
+            return std::abs(a - value) < std::abs(b - value);
+        });
+        return error(std::to_string(value) + " is no speed that serial ports have; the nearest is " +
+                     std::to_string(nearest));
     }
 
     std::string_view url_;
@@ -206,8 +246,7 @@ std::string Endpoint::text() const {
     const SchemeForm* form = form_of(scheme);
     std::string url = scheme + ":";
     if (form != nullptr && form->form == Form::network) {
-        const bool ipv6 = host.find(':') != std::string::npos;
-        url += "//" + (ipv6 ? "[" + host + "]" : host) + ":" + std::to_string(port);
+        url += "//" + place();
     } else if (form != nullptr && form->form == Form::device) {
         url += "//" + path;
     } else {
@@ -225,6 +264,17 @@ std::int64_t Endpoint::integer(const std::string& option, std::int64_t fallback)
     const auto found = options.find(option);
     if (found == options.end()) return fallback;
     return whole_number(found->second).value_or(fallback);
+}
+
+std::string Endpoint::word(const std::string& option, const std::string& fallback) const {
+    const auto found = options.find(option);
+    return found == options.end() ? fallback : found->second;
+}
+
+std::string Endpoint::place() const {
+    if (host.empty()) return path;
+    const bool ipv6 = host.find(':') != std::string::npos;
+    return (ipv6 ? "[" + host + "]" : host) + ":" + std::to_string(port);
 }
 
 }  // namespace cmm::drivers

@@ -11,8 +11,10 @@
 namespace cmm::drivers {
 
 /// Where a machine is, as one URL:
-///   modbus+tcp://host[:502][?unit=1]     ipp://host[:1294] modbus+rtu:///dev/ttyUSB0[?baud=115200&parity=even&unit=1]
-///   line+serial:///dev/ttyUSB0[?baud=115200&parity=none]       replay:run.cmmrun       demo:
+///   modbus+tcp://host[:502][?unit=1]                 modbus+rtu:///dev/ttyUSB0[?baud=115200&parity=even&unit=1]
+///   modbus+rtu+tcp://gateway[:502][?unit=1]          line+serial:///dev/ttyUSB0[?baud=115200&parity=none]
+///   ipp://host[:1294]       replay:run.cmmrun        demo:
+/// docs/cli.md lists the options.
 /// A plain value; defaults are filled in. Schemes we have no form for are kept for the registry to judge.
 struct Endpoint {
     std::string scheme;
@@ -27,6 +29,10 @@ struct Endpoint {
     std::string text() const;
     /// A whole number among the options (already checked for known schemes).
     std::int64_t integer(const std::string& option, std::int64_t fallback) const;
+    /// A word among the options.
+    std::string word(const std::string& option, const std::string& fallback) const;
+    /// "host:port", or the device or file.
+    std::string place() const;
 };
 
 }  // namespace cmm::drivers

@@ -29,6 +29,9 @@ Registry standard_registry() {
     Registry registry;
     registry.add(
         {"modbus+tcp", "a controller behind Modbus TCP (docs/protocol-modbus.md)", &modbus::make_modbus_machine});
+    registry.add({"modbus+rtu", "the same on a serial line", &modbus::make_modbus_machine});
+    registry.add({"modbus+rtu+tcp", "the same behind a gateway that passes RTU frames on unchanged",
+                  &modbus::make_modbus_machine});
     return registry;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/simulator.hpp"
 
-#include <algorithm>
+#include <array>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -9,9 +9,10 @@
 #include "core/clock.hpp"
 #include "core/rng.hpp"
 #include "sim/controller.hpp"
-#include "sim/modbus_server.hpp"
+#include "sim/modbus_wire.hpp"
 #include "sim/register_bank.hpp"
 #include "sim/truth_log.hpp"
+#include "sim/wire_server.hpp"
 
 namespace cmm::sim {
 namespace {
@@ -25,6 +26,12 @@ std::uint16_t new_boot_id(const core::Clock& clock) {
     return static_cast<std::uint16_t>(1 + mix.below(65535));
 }
 
+std::string line_options(const SerialLine& line) {
+    constexpr std::array parity{"none", "even", "odd"};
+    return "baud=" + std::to_string(line.baud) + "&parity=" + parity[static_cast<std::size_t>(line.parity)] +
+           "&stop_bits=" + std::to_string(line.stop_bits);
+}
+
 }  // namespace
 
 /// Everything the thread works with; it is joined before any of it goes.
@@ -34,19 +41,37 @@ struct Simulator::Parts {
     std::unique_ptr<TruthLog> log;
     std::unique_ptr<Controller> controller;
     std::unique_ptr<RegisterBank> bank;
-    std::unique_ptr<ModbusServer> server;
+    std::unique_ptr<WireServer> server;
+    std::uint16_t port = 0;
+    std::vector<std::string> urls;
     std::mutex stop_mutex;
     std::thread thread;
 
     void serve() {
-        server->run(*bank, [this] {
+        server->run([this] {
             const bool more = controller->step();
             if (log) log->flush_if_due(clock.now());
             if (more) return 0;
             return controller->state() == MachineState::idle ? rest_tick_ms : tick_ms;
         });
     }
+
+    /// Errors: those of the server.
+    core::Status listen(const Listen& on);
 };
+
+core::Status Simulator::Parts::listen(const Listen& on) {
+    if (on.kind == Listen::Kind::modbus_tcp) {
+        const auto bound =
+            server->listen(on.address, on.port, [this] { return std::make_unique<MbapProtocol>(*bank); });
+        if (!bound) return tl::unexpected(bound.error());
+        if (port == 0) port = *bound;
+        urls.push_back("modbus+tcp://" + on.address + ":" + std::to_string(*bound) + "?unit=1");
+        return {};
+    }
+    urls.push_back("modbus+rtu://" + on.line.path + "?" + line_options(on.line) + "&unit=" + std::to_string(on.unit));
+    return server->open(on.line, [this, unit = on.unit] { return std::make_unique<RtuProtocol>(*bank, unit); });
+}
 
 Simulator::Simulator(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {
     parts_->thread = std::thread([parts = parts_.get()] { parts->serve(); });
@@ -57,6 +82,7 @@ Simulator::~Simulator() {
 }
 
 core::Result<std::unique_ptr<Simulator>> Simulator::start(const SimulatorOptions& options) {
+    if (options.listen.empty()) return core::fail(core::ErrorCode::usage, "nothing to listen on");
     if (!(options.speed >= 0.0)) return core::fail(core::ErrorCode::usage, "the speed must be 0 or more");
     auto parts = std::make_unique<Parts>();
     parts->options = options;
@@ -74,20 +100,22 @@ core::Result<std::unique_ptr<Simulator>> Simulator::start(const SimulatorOptions
         parts->log = std::move(*log);
         controller.on_sample = [log_ptr = parts->log.get()](const SampleTruth& truth) { log_ptr->write(truth); };
     }
-    auto server = ModbusServer::listen(options.address, options.port);
-    if (!server) return tl::unexpected(server.error());
-    parts->server = std::move(*server);
     parts->controller = std::make_unique<Controller>(std::move(controller), parts->clock);
     parts->bank = std::make_unique<RegisterBank>(*parts->controller, *map);
+    auto server = WireServer::make();
+    if (!server) return tl::unexpected(server.error());
+    parts->server = std::move(*server);
+    for (const Listen& on : options.listen)
+        if (auto listening = parts->listen(on); !listening) return tl::unexpected(listening.error());
     return std::unique_ptr<Simulator>(new Simulator(std::move(parts)));
 }
 
 std::uint16_t Simulator::port() const {
-    return parts_->server->port();
+    return parts_->port;
 }
 
-std::string Simulator::url() const {
-    return "modbus+tcp://" + parts_->options.address + ":" + std::to_string(port()) + "?unit=1";
+const std::vector<std::string>& Simulator::urls() const {
+    return parts_->urls;
 }
 
 void Simulator::stop() {

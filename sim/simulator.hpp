@@ -4,35 +4,48 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/error.hpp"
+#include "sim/serial_line.hpp"
 
 namespace cmm::sim {
+
+/// One way on which the simulated controller can be reached.
+struct Listen {
+    enum class Kind : std::uint8_t { modbus_tcp, modbus_rtu };
+    Kind kind = Kind::modbus_tcp;
+    std::string address = "127.0.0.1";
+    std::uint16_t port = 0;  ///< 0: any free one
+    SerialLine line;         ///< of the serial kinds
+    std::uint8_t unit = 1;   ///< answered to on a serial line
+};
 
 struct SimulatorOptions {
     std::string part_file;
     std::string machine_file;  ///< [controller] of it
     std::string map_file;
-    std::string address = "127.0.0.1";
-    std::uint16_t port = 0;  ///< 0: any free one
-    double speed = 1.0;      ///< machine seconds per second; 0: as fast as it goes
+    std::vector<Listen> listen{Listen{}};
+    double speed = 1.0;  ///< machine seconds per second; 0: as fast as it goes
     std::uint64_t seed = 1;
     std::string log_file;  ///< the truth of every sample as CSV; empty: none
 };
 
-/// A simulated machine with its part, controller and Modbus TCP server, run by a thread of its own from `start` until
-/// `stop` or destruction. `port`, `url` and `stop` may be called from any thread.
+/// A simulated machine with its part, controller and server, run by a thread of its own from `start` until `stop` or
+/// destruction. `port`, `urls` and `stop` may be called from any thread.
 class Simulator {
   public:
-    /// Errors: config_*, input_* (part, machine, map), transport_connect (port), journal_io (log), usage.
+    /// Errors: config_*, input_* (part, machine, map), transport_connect (port, device), journal_io (log), usage.
     static core::Result<std::unique_ptr<Simulator>> start(const SimulatorOptions& options);
     ~Simulator();
     Simulator(const Simulator&) = delete;
     Simulator& operator=(const Simulator&) = delete;
 
+    /// Of the first TCP listener; 0: there is none.
     std::uint16_t port() const;
-    /// The endpoint to connect to: "modbus+tcp://127.0.0.1:1502?unit=1".
-    std::string url() const;
+    /// The endpoints to connect to, in the order of `listen`: "modbus+tcp://127.0.0.1:1502?unit=1".
+    const std::vector<std::string>& urls() const;
+    const std::string& url() const { return urls().front(); }
     /// Ends the server and writes the log out; a second call does nothing.
     void stop();
 

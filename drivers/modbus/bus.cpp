@@ -2,18 +2,15 @@
 #include "drivers/modbus/bus.hpp"
 
 #include <poll.h>
-#include <sys/eventfd.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
-#include <cerrno>
 #include <chrono>
 #include <mutex>
-#include <system_error>
 #include <thread>
 
-#include "drivers/modbus/tcp_link.hpp"
+#include "drivers/event_fd.hpp"
+#include "drivers/link_log.hpp"
 
 namespace cmm::drivers::modbus {
 namespace {
@@ -21,45 +18,26 @@ namespace {
 using SteadyClock = std::chrono::steady_clock;
 using Outcome = Transaction::Outcome;
 
-constexpr std::string_view hex_digits = "0123456789abcdef";
-
 std::int64_t now_ns() noexcept {
     return SteadyClock::now().time_since_epoch().count();
 }
+
+// On a link that carries one request at a time. After a stop was asked for, the reply under way is waited for so long
+// and its time on the line: the stop is on the wire within 250 ms from 19200 baud on, and does not meet the reply.
+constexpr double patience_before_stop_ms = 60.0;
+constexpr double stop_reply_ms = 100.0;
+constexpr int stop_attempts = 4;
 
 SteadyClock::duration duration_of(double ms) {
     return std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double, std::milli>(ms));
 }
 
-class EventFd {
-  public:
-    EventFd() : fd_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
-        if (fd_ < 0) throw std::system_error(errno, std::generic_category(), "eventfd");
-    }
-    ~EventFd() { ::close(fd_); }
-    EventFd(const EventFd&) = delete;
-    EventFd& operator=(const EventFd&) = delete;
-    int fd() const noexcept { return fd_; }
-    void signal() const noexcept {
-        const std::uint64_t one = 1;
-        // Fails only when the counter is full: then it is signalled already.
-        [[maybe_unused]] const auto written = ::write(fd_, &one, sizeof one);
-    }
-    void clear() const noexcept {
-        std::uint64_t count = 0;
-        [[maybe_unused]] const auto taken = ::read(fd_, &count, sizeof count);
-    }
-
-  private:
-    int fd_;
-};
-
 }  // namespace
 
 class Bus::Impl {
   public:
-    explicit Impl(BusOptions options)
-        : options_(std::move(options)), link_(options_.host, options_.port), thread_([this] { main(); }) {}
+    Impl(std::unique_ptr<Link> link, BusOptions options)
+        : options_(options), link_(std::move(link)), thread_([this] { main(); }) {}
 
     ~Impl() {
         quit_ = true;
@@ -88,15 +66,12 @@ class Bus::Impl {
     }
 
     BusOptions options_;
+    std::unique_ptr<Link> link_;
     EventFd wake_, done_;
     std::atomic<bool> connected_{false};
     std::atomic<std::uint64_t> link_number_{0};
     std::string connect_error_;
-    mutable std::mutex stats_mutex_;
-    LinkStats stats_;
-    std::mutex trace_mutex_;
-    std::function<void(std::string_view)> trace_;
-    std::atomic<bool> tracing_{false};
+    LinkLog log_;
 
   private:
     struct Job {
@@ -133,6 +108,7 @@ class Bus::Impl {
         for (Transaction* transaction : batch)
             transaction->outcome = Outcome::not_sent;
         for (Transaction* transaction : batch) {
+            let_late_reply_pass();
             serve_stop();
             execute(*transaction, timeout_ms);
             if (transaction->outcome != Outcome::ok && transaction->outcome != Outcome::exception) return;
@@ -140,82 +116,118 @@ class Bus::Impl {
     }
 
     void execute(Transaction& transaction, double timeout_ms) {
-        if (!link_.is_open()) {
+        if (!link_->is_open()) {
             transaction.outcome = Outcome::closed;
             return;
         }
         const auto started = SteadyClock::now();
         const std::uint16_t id = ++last_id_;
         transaction.outcome = send(transaction, id);
-        if (transaction.outcome == Outcome::ok) await_reply(transaction, id, started + duration_of(timeout_ms));
+        const auto patience = duration_of(timeout_ms + wire_ms(transaction));
+        if (transaction.outcome == Outcome::ok) await_reply(transaction, id, started + patience);
         const std::chrono::duration<double, std::micro> took = SteadyClock::now() - started;
         record(transaction.outcome, took.count());
-        if (transaction.outcome == Outcome::closed || transaction.outcome == Outcome::invalid) close_link();
+        recover(transaction.outcome, patience);
+    }
+
+    /// Request and reply; the frame around either is at most as long as that of RTU.
+    double wire_ms(const Transaction& transaction) const {
+        std::array<std::uint8_t, max_pdu> pdu;
+        return link_->wire_ms(encode_pdu(transaction, pdu) + reply_size(transaction) + 6);
+    }
+
+    void recover(Outcome outcome, SteadyClock::duration patience) {
+        if (outcome == Outcome::closed) close_link();
+        if (outcome == Outcome::invalid && link_->is_open() && !link_->resync()) close_link();
+        if (outcome == Outcome::timeout && !link_->overlaps()) late_until_ = SteadyClock::now() + patience;
     }
 
     Outcome send(const Transaction& transaction, std::uint16_t id) {
-        std::array<std::uint8_t, max_frame> frame;
-        const std::size_t size = encode_request(transaction, id, options_.unit, frame);
-        const std::span<const std::uint8_t> bytes(frame.data(), size);
-        trace('>', bytes);
-        if (!link_.send(bytes)) return Outcome::closed;
-        const std::lock_guard lock(stats_mutex_);
-        stats_.bytes_sent += size;
+        std::array<std::uint8_t, max_pdu> pdu;
+        const auto bytes = link_->send(id, std::span(pdu).first(encode_pdu(transaction, pdu)));
+        if (bytes.empty()) return Outcome::closed;
+        log_.sent(bytes);
         return Outcome::ok;
+    }
+
+    /// Waits for something from the link, a message for this thread, or the deadline. True: ask the link.
+    bool wait_for_link(SteadyClock::time_point deadline) {
+        const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - SteadyClock::now()).count();
+        const auto longest = link_->has_part() ? std::min<std::int64_t>(left, Link::rest_timeout_ms) : left;
+        std::array<pollfd, 2> wait{{{link_->fd(), POLLIN, 0}, {wake_.fd(), POLLIN, 0}}};
+        const int ready = ::poll(wait.data(), wait.size(), static_cast<int>(std::max<std::int64_t>(0, longest)));
+        if (wait[1].revents != 0) wake_.clear();
+        rest_is_missing_ = ready == 0 && link_->has_part();
+        return wait[0].revents != 0;
     }
 
     /// Waits for the reply with this id; serves a stop meanwhile. Replies to requests given up earlier are counted and
     /// dropped.
     void await_reply(Transaction& transaction, std::uint16_t id, SteadyClock::time_point deadline) {
-        for (;;) {
-            const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - SteadyClock::now());
-            if (left.count() <= 0) {
-                transaction.outcome = Outcome::timeout;
-                return;
-            }
-            std::array<pollfd, 2> wait{{{link_.fd(), POLLIN, 0}, {wake_.fd(), POLLIN, 0}}};
-            ::poll(wait.data(), wait.size(), static_cast<int>(left.count()));
-            if (wait[1].revents != 0) {
-                wake_.clear();
-                if (quit_) {
-                    transaction.outcome = Outcome::closed;
-                    return;
-                }
-                if (stop_wanted_ != 0) send_stop();
-            }
-            if (wait[0].revents == 0) continue;
-            const auto frame = link_.receive();
-            if (frame.empty()) {
+        const bool is_stop = stop_sent_ && id == stop_id_;
+        const auto shortest_patience = duration_of(patience_before_stop_ms + wire_ms(transaction));
+        while (SteadyClock::now() < deadline) {
+            const bool arrived = wait_for_link(deadline);
+            if (quit_) {
                 transaction.outcome = Outcome::closed;
                 return;
             }
-            if (take_frame(frame, transaction, id)) return;
+            if (stop_wanted_ != 0 && link_->overlaps()) send_stop();
+            if (stop_wanted_ != 0 && !link_->overlaps() && !is_stop) {
+                deadline = std::min(deadline, SteadyClock::now() + shortest_patience);
+            }
+            if (rest_is_missing_) {
+                transaction.outcome = Outcome::invalid;
+                return;
+            }
+            // Several replies may come in one piece.
+            while (arrived || link_->has_part()) {
+                const Arrival arrival = link_->receive();
+                if (arrival.kind == Arrival::Kind::nothing) break;
+                if (take(arrival, transaction, id)) return;
+                if (!link_->has_part()) break;
+            }
         }
+        transaction.outcome = Outcome::timeout;
     }
 
-    /// True when the transaction is answered (or the stream is out of step).
-    bool take_frame(std::span<const std::uint8_t> frame, Transaction& transaction, std::uint16_t id) {
-        trace('<', frame);
-        {
-            const std::lock_guard lock(stats_mutex_);
-            stats_.bytes_received += frame.size();
-        }
-        if (!header_fits(frame)) {
-            transaction.outcome = Outcome::invalid;
+    /// True when the transaction has an outcome.
+    bool take(const Arrival& arrival, Transaction& transaction, std::uint16_t id) {
+        log_.received(arrival.bytes);
+        if (arrival.kind == Arrival::Kind::broken || arrival.kind == Arrival::Kind::garbled) {
+            const bool broken = arrival.kind == Arrival::Kind::broken;
+            transaction.outcome = broken ? Outcome::closed : Outcome::invalid;
             return true;
         }
-        if (id_of(frame) == id) {
-            take_reply(frame, transaction);
-            return true;
-        }
-        if (stop_sent_ && id_of(frame) == stop_id_) {
+        if (arrival.id == id) {
+            take_reply(arrival.pdu, transaction);
+            // Without ids a reply that does not fit is one to an earlier request.
+            if (transaction.outcome != Outcome::invalid || link_->overlaps()) return true;
+        } else if (stop_sent_ && arrival.id == stop_id_) {
             stop_owed_ = 0;
             stop_sent_ = false;
             return false;
         }
-        const std::lock_guard lock(stats_mutex_);
-        ++stats_.stale;
+        log_.count([](LinkStats& stats) { ++stats.stale; });
         return false;
+    }
+
+    /// Where replies carry no id, one that comes late would pass for the reply to the next request: it is waited for as
+    /// long as the one that was given up, unless a stop is wanted.
+    void let_late_reply_pass() {
+        while (link_->is_open() && SteadyClock::now() < late_until_ && stop_wanted_ == 0 && !quit_) {
+            if (!wait_for_link(late_until_) && !rest_is_missing_) continue;
+            const Arrival arrival = link_->receive();
+            log_.received(arrival.bytes);
+            if (arrival.kind == Arrival::Kind::nothing && !rest_is_missing_) continue;
+            if (arrival.kind == Arrival::Kind::reply) {
+                log_.count([](LinkStats& stats) { ++stats.stale; });
+            } else if (arrival.kind == Arrival::Kind::broken || !link_->resync()) {
+                close_link();
+            }
+            break;
+        }
+        late_until_ = {};
     }
 
     // ---- stop -------------------------------------------------------------------------------------------------------
@@ -226,33 +238,44 @@ class Bus::Impl {
         stop_sent_ = send(stop_transaction(), stop_id_) == Outcome::ok;
         if (!stop_sent_) return;
         const std::int64_t requested = stop_requested_ns_.exchange(0);
-        const std::lock_guard lock(stats_mutex_);
-        ++stats_.stops;
-        if (requested != 0) stats_.last_stop_us = static_cast<double>(now_ns() - requested) * 1e-3;
+        log_.count([requested](LinkStats& stats) {
+            ++stats.stops;
+            if (requested != 0) stats.last_stop_us = static_cast<double>(now_ns() - requested) * 1e-3;
+        });
     }
 
     void take_stop() { stop_owed_ = std::max(stop_owed_, stop_wanted_.exchange(0)); }
 
     /// Sends a stop that is wanted and sees to it that it is answered: over a fresh link if the present one does not
-    /// carry it. Twice is enough: a controller that cannot be reached stops by its watchdog.
+    /// carry it. A few attempts are enough: a controller that cannot be reached stops by its watchdog.
     void serve_stop() {
+        const int attempts = link_->overlaps() ? 2 : stop_attempts;
         for (int attempt = 0; stop_matters_ && !quit_ && (stop_wanted_ != 0 || stop_owed_ != 0); ++attempt) {
-            if (!link_.is_open()) open_link();
-            if (!link_.is_open() || attempt == 2) {
+            if (!link_->is_open()) open_link();
+            if (!link_->is_open() || attempt == attempts) {
                 take_stop();
                 stop_owed_ = 0;  // one that is asked for from here on is tried anew
                 return;
             }
             if (stop_wanted_ != 0 || !stop_sent_) send_stop();
-            if (stop_sent_) await_stop();
-            if (stop_owed_ != 0 && stop_wanted_ == 0) close_link();
+            const bool sent = stop_sent_;
+            if (sent) await_stop();
+            if (stop_owed_ == 0 || stop_wanted_ != 0) continue;
+            // A serial line that lost the stop is as good as a new one; a connection that did not carry it is dead.
+            if (link_->overlaps() || !sent) close_link();
+            stop_sent_ = false;
         }
     }
 
     void await_stop() {
         const std::uint16_t id = stop_id_;
         Transaction stop = stop_transaction();
-        await_reply(stop, id, SteadyClock::now() + duration_of(options_.stop_timeout_ms));
+        const double patience_ms = link_->overlaps()
+                                       ? options_.stop_timeout_ms
+                                       : std::min(options_.stop_timeout_ms, stop_reply_ms) + wire_ms(stop);
+        await_reply(stop, id, SteadyClock::now() + duration_of(patience_ms));
+        if (stop.outcome == Outcome::closed) close_link();
+        if (stop.outcome == Outcome::invalid && link_->is_open() && !link_->resync()) close_link();
         const bool answered = stop.outcome == Outcome::ok || stop.outcome == Outcome::exception;
         if (!answered || id != stop_id_) return;
         stop_owed_ = 0;
@@ -271,53 +294,37 @@ class Bus::Impl {
     // ---- the link ---------------------------------------------------------------------------------------------------
     void open_link() {
         close_link();
-        connect_error_ = link_.open(options_.connect_timeout_ms);
-        connected_ = link_.is_open();
-        if (link_.is_open()) ++link_number_;
+        connect_error_ = link_->open(options_.connect_timeout_ms);
+        connected_ = link_->is_open();
+        if (link_->is_open()) ++link_number_;
     }
 
     void close_link() {
         connected_ = false;
         stop_sent_ = false;
-        link_.close();
+        late_until_ = {};
+        link_->close();
     }
 
     void record(Outcome outcome, double us) {
-        const std::lock_guard lock(stats_mutex_);
-        switch (outcome) {
-            case Outcome::exception:
-                ++stats_.exceptions;
-                [[fallthrough]];
-            case Outcome::ok:
-                stats_.add_round_trip(us);
-                break;
-            case Outcome::timeout:
-                ++stats_.timeouts;
-                break;
-            case Outcome::invalid:
-                ++stats_.invalid;
-                break;
-            default:
-                ++stats_.closed;
-                break;
-        }
+        log_.count([outcome, us](LinkStats& stats) {
+            if (outcome == Outcome::exception) ++stats.exceptions;
+            if (outcome == Outcome::ok || outcome == Outcome::exception) {
+                stats.add_round_trip(us);
+            } else if (outcome == Outcome::timeout) {
+                ++stats.timeouts;
+            } else if (outcome == Outcome::invalid) {
+                ++stats.invalid;
+            } else {
+                ++stats.closed;
+            }
+        });
     }
 
-    void trace(char direction, std::span<const std::uint8_t> bytes) {
-        if (!tracing_) return;
-        std::string line = std::to_string(static_cast<double>(now_ns()) * 1e-9) + " " + direction;
-        for (const auto byte : bytes) {
-            line += ' ';
-            line += hex_digits[byte >> 4U];
-            line += hex_digits[byte & 15U];
-        }
-        const std::lock_guard lock(trace_mutex_);
-        if (trace_) trace_(line);
-    }
-
-    TcpLink link_;
     std::uint16_t last_id_ = 0;
-    bool stop_matters_ = false;  // before the first connect there is nobody to stop
+    bool rest_is_missing_ = false;          // of a reply that has begun to arrive
+    SteadyClock::time_point late_until_{};  // a reply that was given up may still come
+    bool stop_matters_ = false;             // before the first connect there is nobody to stop
     std::atomic<bool> quit_{false};
     std::mutex job_mutex_;
     Job job_;
@@ -329,7 +336,7 @@ class Bus::Impl {
     std::thread thread_;      // last: everything else exists when it starts
 };
 
-Bus::Bus(BusOptions options) : impl_(std::make_unique<Impl>(std::move(options))) {}
+Bus::Bus(std::unique_ptr<Link> link, BusOptions options) : impl_(std::make_unique<Impl>(std::move(link), options)) {}
 Bus::~Bus() = default;
 
 void Bus::connect() {
@@ -340,6 +347,12 @@ void Bus::run(std::span<Transaction* const> batch, double response_timeout_ms) {
 }
 int Bus::done_fd() const noexcept {
     return impl_->done_.fd();
+}
+bool Bus::overlaps() const noexcept {
+    return impl_->link_->overlaps();
+}
+double Bus::wire_ms(std::size_t bytes) const noexcept {
+    return impl_->link_->wire_ms(bytes);
 }
 bool Bus::connected() const noexcept {
     return impl_->connected_;
@@ -355,19 +368,13 @@ void Bus::stop(StopKind kind) noexcept {
 }
 
 LinkStats Bus::stats() const {
-    const std::lock_guard lock(impl_->stats_mutex_);
-    return impl_->stats_;
+    return impl_->log_.stats();
 }
-
 void Bus::count(const std::function<void(LinkStats&)>& change) {
-    const std::lock_guard lock(impl_->stats_mutex_);
-    change(impl_->stats_);
+    impl_->log_.count(change);
 }
-
 void Bus::set_trace(std::function<void(std::string_view)> line) {
-    const std::lock_guard lock(impl_->trace_mutex_);
-    impl_->tracing_ = static_cast<bool>(line);
-    impl_->trace_ = std::move(line);
+    impl_->log_.set_trace(std::move(line));
 }
 
 }  // namespace cmm::drivers::modbus

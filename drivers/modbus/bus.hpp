@@ -11,26 +11,25 @@
 #include "drivers/link_stats.hpp"
 #include "drivers/machine.hpp"
 #include "drivers/modbus/frame.hpp"
+#include "drivers/modbus/link.hpp"
 
 namespace cmm::drivers::modbus {
 
 struct BusOptions {
-    std::string host;
-    std::uint16_t port = 502;
-    std::uint8_t unit = 1;
     std::uint16_t stop_address = 200;
     double connect_timeout_ms = 2000.0;
     double stop_timeout_ms = 500.0;  ///< for the reply to a stop
 };
 
-/// The wire to one controller: a blocking thread of its own around one libmodbus context.
+/// The wire to one controller: a blocking thread of its own around one link.
 /// One job at a time, from one thread: connect() or run(), then done_fd() becomes readable, then the results may be
 /// read. Does not retry and does not reconnect by itself, except to bring a stop to the wire. stop(), stats() and
-/// set_trace() may be called from any thread at any time; a stop overtakes the transaction in flight.
+/// set_trace() may be called from any thread at any time. A stop overtakes the transaction in flight; where the link
+/// carries one request at a time, it is the next one, and the wait for the reply before it is cut short.
 class Bus {
   public:
     /// Starts the thread; throws std::system_error when the system has no descriptors left.
-    explicit Bus(BusOptions options);
+    Bus(std::unique_ptr<Link> link, BusOptions options);
     /// Ends the thread, after a connect under way at the latest.
     ~Bus();
     Bus(const Bus&) = delete;
@@ -44,6 +43,9 @@ class Bus {
     /// An eventfd, non-blocking: reading 8 bytes from it takes the message that the job is done.
     int done_fd() const noexcept;
 
+    /// Whether requests may overlap on this link, and how long so many bytes take on it.
+    bool overlaps() const noexcept;
+    double wire_ms(std::size_t bytes) const noexcept;
     bool connected() const noexcept;
     /// Counts the connections made, those for a stop included.
     std::uint64_t link_number() const noexcept;

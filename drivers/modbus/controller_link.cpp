@@ -8,6 +8,8 @@
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 
+#include "drivers/modbus/make_link.hpp"
+
 namespace cmm::drivers::modbus {
 namespace {
 
@@ -20,9 +22,6 @@ constexpr double longest_backoff_ms = 100.0;
 
 BusOptions bus_options(const LinkSettings& settings, const RegisterMap& map) {
     BusOptions options;
-    options.host = settings.endpoint.host;
-    options.port = settings.endpoint.port;
-    options.unit = static_cast<std::uint8_t>(settings.endpoint.integer("unit", 1));
     options.stop_address = map.stop.address;
     options.connect_timeout_ms = settings.connect_timeout_ms;
     options.stop_timeout_ms = settings.response_timeout_ms;
@@ -36,12 +35,12 @@ ControllerLink::ControllerLink(const LinkSettings& settings, RegisterMap map, co
       reconnect_ms_(settings.reconnect_ms),
       settings_timeout_ms_(settings.response_timeout_ms),
       timeout_ms_(settings.response_timeout_ms),
-      where_(settings.endpoint.host + ":" + std::to_string(settings.endpoint.port)),
+      where_(settings.endpoint.place()),
       clock_(context.clock),
       rng_(core::Rng::keyed(context.seed, 1, 0)),
       executor_(context.executor),
       turn_(context.executor, asio::steady_timer::time_point::max()),
-      bus_(bus_options(settings, map_)),
+      bus_(make_link(settings.endpoint), bus_options(settings, map_)),
       done_(context.executor, ::dup(bus_.done_fd())) {
     identity_.kind = Transaction::Kind::read;
     identity_.read_address = map_.identity.address;
@@ -72,6 +71,26 @@ asio::awaitable<void> ControllerLink::pause(double ms) {
     co_await timer.async_wait(as_result);
 }
 
+/// Two replies may get lost (and the link be renewed, or a late reply be waited for) before the controller's watchdog
+/// stops the machine.
+double ControllerLink::timeout_for(double watchdog_ms) const {
+    if (!(watchdog_ms > 0.0)) return settings_timeout_ms_;
+    return std::min(settings_timeout_ms_, watchdog_ms / (bus_.overlaps() ? 3.0 : 5.0));
+}
+
+/// A slow line must carry the longest round (path window, samples, status) well within the watchdog time.
+core::Status ControllerLink::check_speed(double watchdog_ms) const {
+    constexpr std::size_t frames = 3 * (max_frame - max_pdu) + 40;  // of three requests and replies, and their heads
+    const std::size_t registers = max_write + exchange_length + map_.fifo.length + std::size_t{map_.status.length};
+    const double round_ms = bus_.wire_ms(2 * registers + frames);
+    if (!(watchdog_ms > 0.0) || round_ms <= 0.8 * watchdog_ms) return {};
+    return core::fail(core::ErrorCode::protocol_mismatch,
+                      "the line at " + where_ + " is too slow: path points, samples and status take " +
+                          std::to_string(static_cast<int>(round_ms)) +
+                          " ms, and the machine stops when it hears nothing for " +
+                          std::to_string(static_cast<int>(watchdog_ms)) + " ms; raise the baud rate");
+}
+
 asio::awaitable<core::Result<Capabilities>> ControllerLink::open() {
     co_await acquire();
     opened_ = false;
@@ -80,12 +99,14 @@ asio::awaitable<core::Result<Capabilities>> ControllerLink::open() {
     core::Result<Capabilities> found = core::fail(core::ErrorCode::transport_connect, bus_.connect_error());
     if (bus_.connected()) found = co_await read_identity();
     if (found) {
+        const auto fast_enough = check_speed(found->watchdog_ms);
+        if (!fast_enough) found = tl::unexpected(fast_enough.error());
+    }
+    if (found) {
         opened_ = true;
         link_number_ = bus_.link_number();
         boot_id_ = found->boot_id;
-        // Two replies may get lost and the link be renewed before the controller's watchdog stops the machine.
-        timeout_ms_ =
-            std::min(settings_timeout_ms_, found->watchdog_ms > 0.0 ? found->watchdog_ms / 3.0 : settings_timeout_ms_);
+        timeout_ms_ = timeout_for(found->watchdog_ms);
     }
     release();
     co_return found;
@@ -106,10 +127,13 @@ asio::awaitable<core::Result<Capabilities>> ControllerLink::read_identity() {
                                      "): it is no controller of the register map \"" + map_.name + "\"");
         case Outcome::timeout:
             co_return core::fail(core::ErrorCode::transport_timeout,
-                                 where_ + " accepts the connection but does not answer");
+                                 where_ + (bus_.overlaps() ? " accepts the connection but does not answer"
+                                                           : ": nobody answers (check wiring, baud, parity and unit)"));
         case Outcome::invalid:
-            co_return core::fail(core::ErrorCode::protocol_invalid,
-                                 where_ + " answers with something else than Modbus");
+            co_return core::fail(
+                core::ErrorCode::protocol_invalid,
+                where_ + (bus_.overlaps() ? " answers with something else than Modbus"
+                                          : ": bytes come, but no Modbus RTU (check baud and parity)"));
         default:
             co_return core::fail(core::ErrorCode::transport_closed, where_ + " closed the connection");
     }

@@ -47,6 +47,8 @@ class ControllerLink {
     boost::asio::awaitable<core::Status> attempt();
     boost::asio::awaitable<core::Result<Capabilities>> read_identity();
     core::Status judge();
+    double timeout_for(double watchdog_ms) const;
+    core::Status check_speed(double watchdog_ms) const;
 
     RegisterMap map_;
     double reconnect_ms_;

@@ -114,6 +114,7 @@ asio::awaitable<core::Status> ControllerSession::claim(double patience_ms) {
 }
 
 asio::awaitable<core::Result<StatusBlock>> ControllerSession::give(Opcode opcode, std::array<std::int32_t, 8> args) {
+    const std::uint16_t previous = command_sequence_;
     ++command_sequence_;
     if (command_sequence_ == 0) ++command_sequence_;  // never used by the protocol
     CommandBlock block;
@@ -123,7 +124,11 @@ asio::awaitable<core::Result<StatusBlock>> ControllerSession::give(Opcode opcode
     block.args = args;
     encode(map(), block, command_.to_write());
     Transaction* const batch[] = {&command_, &status_};
-    const auto answered = co_await link_.transact(batch);
+    auto answered = co_await link_.transact(batch);
+    // A status from before the command, although the command was answered: the late reply to an earlier question, where
+    // replies carry no number.
+    const bool stale = answered && command_.outcome == Outcome::ok && latest_status().command_sequence == previous;
+    if (stale) answered = co_await link_.transact(status_);
     if (!answered) {
         const core::Error error = lost(answered.error());
         co_return tl::unexpected(error);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/modbus/frame.hpp"
 
+#include <algorithm>
+
 namespace cmm::drivers::modbus {
 namespace {
 
@@ -22,8 +24,8 @@ std::uint8_t function_of(Transaction::Kind kind) noexcept {
 
 class ByteWriter {
   public:
-    explicit ByteWriter(std::span<std::uint8_t, max_frame> frame) : frame_(frame) {}
-    void byte(std::uint8_t value) { frame_[used_++] = value; }
+    explicit ByteWriter(std::span<std::uint8_t, max_pdu> pdu) : pdu_(pdu) {}
+    void byte(std::uint8_t value) { pdu_[used_++] = value; }
     void word(std::uint16_t value) {
         byte(static_cast<std::uint8_t>(value >> 8U));
         byte(static_cast<std::uint8_t>(value & 0xFFU));
@@ -38,38 +40,37 @@ class ByteWriter {
     std::size_t used() const { return used_; }
 
   private:
-    std::span<std::uint8_t, max_frame> frame_;
+    std::span<std::uint8_t, max_pdu> pdu_;
     std::size_t used_ = 0;
 };
 
-std::uint16_t word_at(std::span<const std::uint8_t> frame, std::size_t at) noexcept {
-    return static_cast<std::uint16_t>((frame[at] << 8U) | frame[at + 1]);
+std::uint16_t word_at(std::span<const std::uint8_t> bytes, std::size_t at) noexcept {
+    return static_cast<std::uint16_t>((bytes[at] << 8U) | bytes[at + 1]);
 }
 
-bool take_registers(std::span<const std::uint8_t> frame, Transaction& request) noexcept {
+bool reads(const Transaction& request) noexcept {
+    return request.kind == Transaction::Kind::read || request.kind == Transaction::Kind::exchange;
+}
+
+bool take_registers(std::span<const std::uint8_t> pdu, Transaction& request) noexcept {
     const std::size_t bytes = std::size_t{2} * request.read_count;
-    if (frame.size() != header_bytes + 2 + bytes || frame[header_bytes + 1] != bytes) return false;
+    if (pdu.size() != 2 + bytes || pdu[1] != bytes) return false;
     for (std::size_t k = 0; k < request.read_count; ++k)
-        request.read[k] = word_at(frame, header_bytes + 2 + 2 * k);
+        request.read[k] = word_at(pdu, 2 + 2 * k);
     return true;
 }
 
 /// Writes are answered by an echo of the address and the count (FC 16) or value (FC 6).
-bool echo_fits(std::span<const std::uint8_t> frame, const Transaction& request) noexcept {
+bool echo_fits(std::span<const std::uint8_t> pdu, const Transaction& request) noexcept {
     const bool single = request.kind == Transaction::Kind::write_single;
-    return frame.size() == header_bytes + 5 && word_at(frame, header_bytes + 1) == request.write_address &&
-           word_at(frame, header_bytes + 3) == (single ? request.written[0] : request.write_count);
+    return pdu.size() == 5 && word_at(pdu, 1) == request.write_address &&
+           word_at(pdu, 3) == (single ? request.written[0] : request.write_count);
 }
 
 }  // namespace
 
-std::size_t encode_request(const Transaction& request, std::uint16_t id, std::uint8_t unit,
-                           std::span<std::uint8_t, max_frame> frame) noexcept {
-    ByteWriter out(frame);
-    out.word(id);
-    out.word(0);
-    out.word(0);  // length, known at the end
-    out.byte(unit);
+std::size_t encode_pdu(const Transaction& request, std::span<std::uint8_t, max_pdu> pdu) noexcept {
+    ByteWriter out(pdu);
     out.byte(function_of(request.kind));
     switch (request.kind) {
         case Transaction::Kind::read:
@@ -89,31 +90,49 @@ std::size_t encode_request(const Transaction& request, std::uint16_t id, std::ui
             out.block(request);
             break;
     }
-    const std::size_t following = out.used() - 6;
-    frame[4] = static_cast<std::uint8_t>(following >> 8U);
-    frame[5] = static_cast<std::uint8_t>(following & 0xFFU);
     return out.used();
 }
 
-std::uint16_t id_of(std::span<const std::uint8_t> frame) noexcept {
-    return word_at(frame, 0);
+std::size_t reply_size(const Transaction& request) noexcept {
+    return reads(request) ? 2 + std::size_t{2} * request.read_count : 5;
 }
 
-bool header_fits(std::span<const std::uint8_t> frame) noexcept {
-    return frame.size() >= header_bytes + 2 && word_at(frame, 2) == 0 && word_at(frame, 4) + 6U == frame.size();
-}
-
-void take_reply(std::span<const std::uint8_t> frame, Transaction& request) noexcept {
-    const std::uint8_t function = frame[header_bytes];
+void take_reply(std::span<const std::uint8_t> pdu, Transaction& request) noexcept {
+    request.outcome = Transaction::Outcome::invalid;
+    if (pdu.size() < 2) return;
     const std::uint8_t expected = function_of(request.kind);
-    if (function == (expected | 0x80U)) {
-        request.exception = frame[header_bytes + 1];
+    if (pdu[0] == (expected | 0x80U) && pdu.size() == 2) {
+        request.exception = pdu[1];
         request.outcome = Transaction::Outcome::exception;
         return;
     }
-    const bool reads = request.kind == Transaction::Kind::read || request.kind == Transaction::Kind::exchange;
-    const bool fits = function == expected && (reads ? take_registers(frame, request) : echo_fits(frame, request));
-    request.outcome = fits ? Transaction::Outcome::ok : Transaction::Outcome::invalid;
+    const bool fits = pdu[0] == expected && (reads(request) ? take_registers(pdu, request) : echo_fits(pdu, request));
+    if (fits) request.outcome = Transaction::Outcome::ok;
+}
+
+std::size_t tcp_frame(std::uint16_t id, std::uint8_t unit, std::span<const std::uint8_t> pdu,
+                      std::span<std::uint8_t, max_frame> frame) noexcept {
+    const std::size_t following = 1 + pdu.size();
+    frame[0] = static_cast<std::uint8_t>(id >> 8U);
+    frame[1] = static_cast<std::uint8_t>(id & 0xFFU);
+    frame[2] = frame[3] = 0;
+    frame[4] = static_cast<std::uint8_t>(following >> 8U);
+    frame[5] = static_cast<std::uint8_t>(following & 0xFFU);
+    frame[6] = unit;
+    std::copy(pdu.begin(), pdu.end(), frame.begin() + header_bytes);
+    return header_bytes + pdu.size();
+}
+
+bool tcp_header_fits(std::span<const std::uint8_t> frame) noexcept {
+    return frame.size() >= header_bytes + 2 && word_at(frame, 2) == 0 && word_at(frame, 4) + 6U == frame.size();
+}
+
+std::uint16_t tcp_id(std::span<const std::uint8_t> frame) noexcept {
+    return word_at(frame, 0);
+}
+
+std::span<const std::uint8_t> tcp_pdu(std::span<const std::uint8_t> frame) noexcept {
+    return frame.subspan(header_bytes);
 }
 
 }  // namespace cmm::drivers::modbus

@@ -8,12 +8,14 @@
 
 #include "drivers/modbus/register_map.hpp"
 
-/// Modbus/TCP frames: requests built, replies checked and matched by transaction id. Pure.
+/// Modbus requests built and replies checked, alone and in their TCP frames. Pure.
 /// libmodbus writes no usable transaction ids into raw requests and cannot match a late reply (its issue 255), hence
 /// our own.
 namespace cmm::drivers::modbus {
 
-inline constexpr std::size_t max_frame = 260;
+inline constexpr std::size_t max_pdu = 253;    ///< function code and data, of every transport
+inline constexpr std::size_t max_frame = 260;  ///< the same in the longest frame, that of TCP
+inline constexpr std::size_t max_rtu_frame = 256;
 inline constexpr std::size_t max_exchange_write = 121;  ///< registers written by one FC 23
 
 /// One request to the controller and what became of it. Filled by the caller, who leaves it alone while the bus has it.
@@ -40,14 +42,20 @@ inline constexpr std::uint8_t illegal_value = 3;
 inline constexpr std::uint8_t busy = 6;
 }  // namespace exception_code
 
-/// The bytes of a request; returns their number.
-std::size_t encode_request(const Transaction& request, std::uint16_t id, std::uint8_t unit,
-                           std::span<std::uint8_t, max_frame> frame) noexcept;
+/// The bytes of a request from the function code on; returns their number.
+std::size_t encode_pdu(const Transaction& request, std::span<std::uint8_t, max_pdu> pdu) noexcept;
+/// Number of bytes of the reply that is asked for, from the function code on.
+std::size_t reply_size(const Transaction& request) noexcept;
+/// Takes a reply, from the function code on, into the transaction: ok, exception or invalid.
+void take_reply(std::span<const std::uint8_t> pdu, Transaction& request) noexcept;
 
-std::uint16_t id_of(std::span<const std::uint8_t> frame) noexcept;
+/// Modbus/TCP: a header with the transaction id before the PDU. Returns the frame's number of bytes.
+std::size_t tcp_frame(std::uint16_t id, std::uint8_t unit, std::span<const std::uint8_t> pdu,
+                      std::span<std::uint8_t, max_frame> frame) noexcept;
 /// Whether the header's length fits the bytes: if not, the byte stream is out of step and the link is lost.
-bool header_fits(std::span<const std::uint8_t> frame) noexcept;
-/// Takes a reply with the right id into the transaction: ok, exception or invalid.
-void take_reply(std::span<const std::uint8_t> frame, Transaction& request) noexcept;
+bool tcp_header_fits(std::span<const std::uint8_t> frame) noexcept;
+/// Of a frame whose header fits.
+std::uint16_t tcp_id(std::span<const std::uint8_t> frame) noexcept;
+std::span<const std::uint8_t> tcp_pdu(std::span<const std::uint8_t> frame) noexcept;
 
 }  // namespace cmm::drivers::modbus

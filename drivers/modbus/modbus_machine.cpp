@@ -21,6 +21,7 @@ constexpr std::uint16_t command_running = 1;
 constexpr std::uint32_t points_before_scan = 256;  // a quarter of a second at 1 kHz: the link may hiccup at the start
 constexpr double first_points_patience_ms = 1000.0;
 constexpr double status_every_ms = 20.0;
+constexpr double status_every_ms_on_slow_line = 200.0;  // there it costs the time of ten samples
 constexpr double shortest_pause_ms =
     0.2;  // while a path is being invented, its next points depend on the newest samples
 
@@ -245,13 +246,14 @@ asio::awaitable<core::Result<StatusBlock>> ModbusMachine::follow_path(StatusBloc
                                                                       SampleSink& sink) {
     session_.begin_motion();
     const std::uint32_t newest_before = status.newest;
+    const double every_ms = session_.link().bus().overlaps() ? status_every_ms : status_every_ms_on_slow_line;
     double status_due_ms = 0.0;
     double pause_ms = shortest_pause_ms;
     bool ask_status = true;
     while (session_.is_ours(status) && status.command_state == command_running) {
         const double now_ms = session_.link().now_ms();
         ask_status = ask_status || now_ms >= status_due_ms;
-        if (ask_status) status_due_ms = now_ms + status_every_ms;
+        if (ask_status) status_due_ms = now_ms + every_ms;
         const std::uint32_t taken = feed.taken();
         auto block = co_await session_.exchange(&sink, &feed, ask_status);
         if (!block) {
@@ -324,9 +326,13 @@ asio::awaitable<core::Status> ModbusMachine::clear_fault(bool emergency_released
 }
 
 core::Result<std::unique_ptr<Machine>> make_modbus_machine(const LinkSettings& settings, const DriverContext& context) {
-    if (settings.endpoint.port == 0) {
+    if (settings.endpoint.port == 0 && !settings.endpoint.host.empty()) {
         return core::fail(core::ErrorCode::usage, "endpoint \"" + settings.endpoint.text() +
                                                       "\": port 0 is for listeners; name the controller's port");
+    }
+    if (settings.endpoint.word("pty", "no") == "yes") {
+        return core::fail(core::ErrorCode::usage,
+                          "endpoint \"" + settings.endpoint.text() + "\": pty=yes is for listeners; leave it out here");
     }
     RegisterMap map;
     if (!settings.map_file.empty()) {

@@ -8,8 +8,8 @@
 
 namespace cmm::drivers::modbus {
 
-/// Makes a machine behind `modbus+tcp://` (docs/protocol-modbus.md) without connecting.
-/// Errors: usage (port 0), those of the register map file.
+/// Makes a machine behind `modbus+tcp://`, `modbus+rtu://` or `modbus+rtu+tcp://` (docs/protocol-modbus.md) without
+/// connecting. Errors: usage (port 0, a pty to be made), those of the register map file.
 core::Result<std::unique_ptr<Machine>> make_modbus_machine(const LinkSettings& settings, const DriverContext& context);
 
 }  // namespace cmm::drivers::modbus

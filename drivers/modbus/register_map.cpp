@@ -2,6 +2,7 @@
 #include "drivers/modbus/register_map.hpp"
 
 #include "core/config.hpp"
+#include "drivers/modbus/crc16.hpp"
 
 namespace cmm::drivers::modbus {
 namespace {
@@ -143,27 +144,13 @@ void read_fifo(const core::ConfigTable& root, RegisterMap::Fifo& at) {
 }  // namespace
 
 std::uint16_t crc16(std::span<const std::uint16_t> registers, std::size_t skip) noexcept {
-    static constexpr auto table = [] {
-        std::array<std::uint16_t, 256> entries{};
-        for (std::uint16_t k = 0; k < 256; ++k) {
-            std::uint16_t value = k;
-            for (int bit = 0; bit < 8; ++bit) {
-                value = static_cast<std::uint16_t>((value & 1U) != 0 ? (value >> 1U) ^ 0xA001U : value >> 1U);
-            }
-            entries[k] = value;
-        }
-        return entries;
-    }();
-    std::uint16_t crc = 0xFFFF;
-    const auto feed = [&crc](unsigned byte) {
-        crc = static_cast<std::uint16_t>((crc >> 8U) ^ table[(crc ^ byte) & 0xFFU]);
-    };
+    Crc16 crc;
     for (std::size_t k = 0; k < registers.size(); ++k) {
         if (k == skip) continue;
-        feed(registers[k] >> 8U);
-        feed(registers[k] & 0xFFU);
+        crc.feed(static_cast<std::uint8_t>(registers[k] >> 8U));
+        crc.feed(static_cast<std::uint8_t>(registers[k] & 0xFFU));
     }
-    return crc;
+    return crc.value();
 }
 
 core::Result<RegisterMap> RegisterMap::load(const std::string& file) {

@@ -3,42 +3,36 @@
 
 #include <array>
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <string>
 
 #include "drivers/modbus/frame.hpp"
+#include "drivers/modbus/link.hpp"
+#include "drivers/modbus/modbus_context.hpp"
 
 namespace cmm::drivers::modbus {
 
-/// One Modbus TCP connection through libmodbus (the only file that includes it): connecting, cutting the byte stream
-/// into frames, closing. One thread.
-class TcpLink {
+/// A Modbus TCP connection through libmodbus, with frames and transaction ids of our own. One thread.
+class TcpLink final : public Link {
   public:
-    TcpLink(std::string host, std::uint16_t port);
-    ~TcpLink();
-    TcpLink(const TcpLink&) = delete;
-    TcpLink& operator=(const TcpLink&) = delete;
+    TcpLink(std::string host, std::uint16_t port, std::uint8_t unit);
 
-    /// Blocks for the timeout at most (and for the name service). Returns why it failed; empty: it is open.
-    std::string open(double timeout_ms);
-    void close() noexcept;
-    bool is_open() const noexcept { return context_ != nullptr; }
-    /// To wait for; valid while open.
-    int fd() const noexcept;
-    /// False: the link broke.
-    bool send(std::span<const std::uint8_t> frame);
-    /// The frame of which the first bytes have arrived, valid until the next call; empty: the link broke or the frame
-    /// did.
-    std::span<const std::uint8_t> receive();
+    std::string open(double timeout_ms) override;
+    void close() noexcept override { context_.close(); }
+    bool is_open() const noexcept override { return context_.is_open(); }
+    int fd() const noexcept override { return context_.fd(); }
+    std::span<const std::uint8_t> send(std::uint16_t id, std::span<const std::uint8_t> pdu) override;
+    Arrival receive() override;
+    bool has_part() const noexcept override { return false; }  // libmodbus waits for the rest itself
+    bool resync() override { return false; }
+    bool overlaps() const noexcept override { return true; }
+    double wire_ms(std::size_t) const noexcept override { return 0.0; }
 
   private:
-    struct Context;
-    std::string failure(int error, double timeout_ms) const;
-
     std::string host_, port_;
-    std::unique_ptr<Context> context_;
-    std::array<std::uint8_t, max_frame> frame_{};
+    std::uint8_t unit_;
+    ModbusContext context_;
+    std::array<std::uint8_t, max_frame> sent_{}, received_{};
 };
 
 }  // namespace cmm::drivers::modbus

@@ -38,6 +38,11 @@ TEST(Endpoint, DevicesFilesAndDemo) {
     EXPECT_EQ(rtu.path, "/dev/ttyUSB0");
     EXPECT_EQ(rtu.integer("baud", 0), 115200);
     EXPECT_EQ(rtu.options.at("parity"), "even");
+    EXPECT_EQ(rtu.place(), "/dev/ttyUSB0");
+    const Endpoint half_duplex = parsed("modbus+rtu:///dev/ttyS0?rts=up&rts_delay_us=200&turnaround_ms=5&stop_bits=2");
+    EXPECT_EQ(half_duplex.word("rts", "none"), "up");
+    EXPECT_EQ(half_duplex.integer("turnaround_ms", 0), 5);
+    EXPECT_EQ(parsed("modbus+rtu+tcp://gateway:4001?unit=2").place(), "gateway:4001");
     EXPECT_EQ(parsed("line+serial:///dev/ttyS1").path, "/dev/ttyS1");
     EXPECT_EQ(parsed("replay:runs/a b.cmmrun").path, "runs/a b.cmmrun");
     EXPECT_EQ(parsed("demo:").scheme, "demo");
@@ -71,6 +76,10 @@ TEST(Endpoint, ErrorsNameTheUrlAndThePlace) {
     expect_error("modbus+rtu:///dev/ttyS0?party=even", "did you mean \"parity\"");
     expect_error("modbus+tcp://h?baud=9600", "no option \"baud\"");
     expect_error("modbus+rtu:///dev/ttyS0?parity=mark", "none, even or odd");
+    expect_error("modbus+rtu:///dev/ttyS0?parity=", "none, even or odd");
+    expect_error("modbus+rtu:///dev/ttyS0?unit=0", "from 1 to 247");
+    expect_error("modbus+rtu:///dev/ttyS0?baud=115000", "the nearest is 115200");
+    expect_error("modbus+rtu:///dev/ttyS0?pty=maybe", "no or yes");
     expect_error("modbus+rtu://ttyS0", "device's path");
     expect_error("replay:", "file's name");
     expect_error("demo:now", "nothing may follow");

@@ -7,6 +7,7 @@
 
 #include "machine_rig.hpp"
 #include "tests/support/process.hpp"
+#include "tests/support/serial_wire.hpp"
 
 namespace cmm::drivers {
 namespace {
@@ -27,12 +28,12 @@ std::uint16_t free_port() {
     return ntohs(name.sin_port);
 }
 
-TEST(ForeignPeer, APathIsScannedOnAPymodbusServer) {
+/// A scan on the controller of tests/peers, started with `where` to listen on.
+void scan_foreign_controller(const std::string& where, const std::string& url) {
     const cmm::test::TemporaryFolder folder;
-    const std::string port = std::to_string(free_port());
     // Debian's package belongs to Debian's interpreter.
-    cmm::test::Process server({"/usr/bin/python3", "tests/peers/pymodbus_controller.py", port}, folder / "peer");
-    MachineRig rig(test::settings_for("modbus+tcp://127.0.0.1:" + port));
+    cmm::test::Process server({"/usr/bin/python3", "tests/peers/pymodbus_controller.py", where}, folder / "peer");
+    MachineRig rig(test::settings_for(url));
     Machine& machine = *rig.machine;
     core::Result<Capabilities> found;
     const bool up = cmm::test::wait_for([&] {
@@ -44,6 +45,7 @@ TEST(ForeignPeer, APathIsScannedOnAPymodbusServer) {
         GTEST_SKIP() << "pymodbus is not installed";
     }
     ASSERT_TRUE(found) << found.error().text();
+    const std::uint64_t errors_before = machine.link_stats().errors();  // until it was up
     EXPECT_EQ(found->model, "pymodbus");
     EXPECT_EQ(found->serial, "PY-1");
     ASSERT_TRUE(rig.run(machine.begin_run(std::nullopt)));
@@ -63,8 +65,18 @@ TEST(ForeignPeer, APathIsScannedOnAPymodbusServer) {
     const auto state = rig.run(machine.state());
     ASSERT_TRUE(state) << state.error().text();
     EXPECT_EQ(state->acknowledged_sequence, 120U);
-    EXPECT_EQ(machine.link_stats().errors(), 0U);
+    EXPECT_EQ(machine.link_stats().errors(), errors_before);
     EXPECT_TRUE(rig.run(machine.end_run()));
+}
+
+TEST(ForeignPeer, APathIsScannedOnAPymodbusServer) {
+    const std::string port = std::to_string(free_port());
+    scan_foreign_controller(port, "modbus+tcp://127.0.0.1:" + port);
+}
+
+TEST(ForeignPeer, APathIsScannedOnAPymodbusServerOverRtu) {
+    const cmm::test::SerialWire wire;
+    scan_foreign_controller(wire.device(), "modbus+rtu://" + wire.host() + "?baud=115200&parity=none");
 }
 
 }  // namespace

@@ -12,8 +12,9 @@ using Bytes = std::vector<std::uint8_t>;
 using Outcome = Transaction::Outcome;
 
 Bytes encoded(const Transaction& request) {
+    std::array<std::uint8_t, max_pdu> pdu{};
     std::array<std::uint8_t, max_frame> frame{};
-    const std::size_t size = encode_request(request, 0x1501, 0xFF, frame);
+    const std::size_t size = tcp_frame(0x1501, 0xFF, std::span(pdu).first(encode_pdu(request, pdu)), frame);
     return {frame.begin(), frame.begin() + static_cast<std::ptrdiff_t>(size)};
 }
 
@@ -54,38 +55,39 @@ TEST(Frame, RequestsOfTheSpecification) {
 TEST(Frame, RepliesAreTakenOrJudged) {
     Transaction request = read_of(0x6B, 3);
     const Bytes good{0x15, 0x01, 0, 0, 0, 9, 0xFF, 3, 6, 0x02, 0x2B, 0, 0, 0, 0x64};
-    ASSERT_TRUE(header_fits(good));
-    EXPECT_EQ(id_of(good), 0x1501);
-    take_reply(good, request);
+    ASSERT_TRUE(tcp_header_fits(good));
+    EXPECT_EQ(tcp_id(good), 0x1501);
+    take_reply(tcp_pdu(good), request);
+    EXPECT_EQ(reply_size(request), 8U);
     EXPECT_EQ(request.outcome, Outcome::ok);
     EXPECT_EQ(request.read[0], 0x022B);
     EXPECT_EQ(request.read[2], 0x64);
 
-    take_reply(Bytes{0x15, 0x01, 0, 0, 0, 3, 0xFF, 0x83, 2}, request);
+    take_reply(tcp_pdu(Bytes{0x15, 0x01, 0, 0, 0, 3, 0xFF, 0x83, 2}), request);
     EXPECT_EQ(request.outcome, Outcome::exception);
     EXPECT_EQ(request.exception, 2);
 
     // Another count, another function, another echo.
-    take_reply(Bytes{0x15, 0x01, 0, 0, 0, 7, 0xFF, 3, 4, 0, 1, 0, 2}, request);
+    take_reply(tcp_pdu(Bytes{0x15, 0x01, 0, 0, 0, 7, 0xFF, 3, 4, 0, 1, 0, 2}), request);
     EXPECT_EQ(request.outcome, Outcome::invalid);
-    take_reply(Bytes{0x15, 0x01, 0, 0, 0, 9, 0xFF, 4, 6, 0, 1, 0, 2, 0, 3}, request);
+    take_reply(tcp_pdu(Bytes{0x15, 0x01, 0, 0, 0, 9, 0xFF, 4, 6, 0, 1, 0, 2, 0, 3}), request);
     EXPECT_EQ(request.outcome, Outcome::invalid);
 
     Transaction write;
     write.kind = Transaction::Kind::write;
     write.write_address = 256;
     write.write_count = 7;
-    take_reply(Bytes{0, 0, 0, 0, 0, 6, 1, 16, 1, 0, 0, 7}, write);
+    take_reply(tcp_pdu(Bytes{0, 0, 0, 0, 0, 6, 1, 16, 1, 0, 0, 7}), write);
     EXPECT_EQ(write.outcome, Outcome::ok);
-    take_reply(Bytes{0, 0, 0, 0, 0, 6, 1, 16, 1, 0, 0, 8}, write);
+    take_reply(tcp_pdu(Bytes{0, 0, 0, 0, 0, 6, 1, 16, 1, 0, 0, 8}), write);
     EXPECT_EQ(write.outcome, Outcome::invalid);
 }
 
 TEST(Frame, AHeaderThatDoesNotFitIsOutOfStep) {
-    EXPECT_FALSE(header_fits(Bytes{0, 1, 0, 0, 0, 4, 1, 0x83, 2}));  // says 4, has 3
-    EXPECT_FALSE(header_fits(Bytes{0, 1, 0, 9, 0, 3, 1, 0x83, 2}));  // not protocol 0
-    EXPECT_FALSE(header_fits(Bytes{0, 1, 0, 0, 0, 2, 1, 3}));        // too short
-    EXPECT_TRUE(header_fits(Bytes{0, 1, 0, 0, 0, 3, 1, 0x83, 2}));
+    EXPECT_FALSE(tcp_header_fits(Bytes{0, 1, 0, 0, 0, 4, 1, 0x83, 2}));  // says 4, has 3
+    EXPECT_FALSE(tcp_header_fits(Bytes{0, 1, 0, 9, 0, 3, 1, 0x83, 2}));  // not protocol 0
+    EXPECT_FALSE(tcp_header_fits(Bytes{0, 1, 0, 0, 0, 2, 1, 3}));        // too short
+    EXPECT_TRUE(tcp_header_fits(Bytes{0, 1, 0, 0, 0, 3, 1, 0x83, 2}));
 }
 
 }  // namespace

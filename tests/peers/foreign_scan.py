@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A measuring session by a foreign Modbus client (pymodbus 3), written from docs/protocol-modbus.md alone.
 
-    foreign_scan.py PORT RADIUS_MM
+    foreign_scan.py PORT|/dev/... RADIUS_MM
 
 Scans an arc about a round bar that stands along z at the origin; RADIUS_MM is that of the ball centre in contact.
 Prints one line for each check; the exit code is 1 when one failed, 77 when pymodbus is not installed.
@@ -15,10 +15,15 @@ import sys
 from registers import crc16, unsigned, words
 
 try:
-    from pymodbus.client import ModbusTcpClient
+    from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 except ImportError:
     print("pymodbus is not installed")
     sys.exit(77)
+try:
+    from pymodbus.framer import FramerType
+    RTU = FramerType.RTU
+except ImportError:  # before 3.7
+    from pymodbus.transaction import ModbusRtuFramer as RTU
 
 # pymodbus 3.0 says write_registers, 3.8 says values.
 VALUES = "values" if "values" in inspect.signature(ModbusTcpClient.readwrite_registers).parameters else "write_registers"
@@ -41,7 +46,9 @@ def check(name, good, detail=""):
 
 class Machine:
     def __init__(self, port):
-        self.client = ModbusTcpClient("127.0.0.1", port=port)
+        self.serial = not port.isdigit()
+        self.client = (ModbusSerialClient(port=port, framer=RTU, baudrate=115200, timeout=2) if self.serial
+                       else ModbusTcpClient("127.0.0.1", port=int(port)))
         check("connect", self.client.connect())
         self.seq = self.status()[4]
         self.watchdog = 0
@@ -59,11 +66,16 @@ class Machine:
 
     def exchange(self, acknowledge=0, first=0):
         self.watchdog = (self.watchdog + 1) & 0xFFFF
-        reply = self.client.readwrite_registers(
-            read_address=FIFO, read_count=125, write_address=EXCHANGE, slave=UNIT,
-            **{VALUES: [self.watchdog] + words(acknowledge) + words(first)})
-        check("FC23", not reply.isError(), reply) if reply.isError() else None
-        block = reply.registers
+        values = [self.watchdog] + words(acknowledge) + words(first)
+        if self.serial:  # pymodbus 3.0 sends FC 23 to unit 0 there, a broadcast
+            reply = self.client.write_registers(EXCHANGE, values, slave=UNIT)
+            check("FC16 of the exchange", not reply.isError(), reply) if reply.isError() else None
+            block = self.read(FIFO, 125)
+        else:
+            reply = self.client.readwrite_registers(
+                read_address=FIFO, read_count=125, write_address=EXCHANGE, slave=UNIT, **{VALUES: values})
+            check("FC23", not reply.isError(), reply) if reply.isError() else None
+            block = reply.registers
         used = block[:13 + 8 * block[7]]
         if crc16(used[:12] + used[13:]) != used[12]:
             check("FIFO CRC", False, block)
@@ -147,7 +159,7 @@ def scan(machine, radius_mm, count):
 
 
 def main():
-    machine = Machine(int(sys.argv[1]))
+    machine = Machine(sys.argv[1])
     radius_mm = float(sys.argv[2])
     read_identity(machine)
     machine.run(CLAIM)

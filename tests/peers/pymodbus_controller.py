@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """A measuring controller on a foreign Modbus server (pymodbus 3), as far as docs/protocol-modbus.md asks for a scan.
 
-    pymodbus_controller.py PORT
+    pymodbus_controller.py PORT        Modbus TCP on 127.0.0.1:PORT
+    pymodbus_controller.py /dev/...    Modbus RTU on a serial port at 115200 baud
 
-Prints "ready" when it is about to listen on 127.0.0.1:PORT. Motions end with the next exchange; a scan gives five points an exchange.
+Prints "ready" when it is about to listen. Motions end with the next exchange; a scan gives five points an exchange.
 The exit code is 77 when pymodbus is not installed.
 """
 import struct
@@ -14,10 +15,15 @@ from registers import crc16, unsigned, words
 
 try:
     from pymodbus.datastore import ModbusServerContext, ModbusSlaveContext
-    from pymodbus.server import StartTcpServer
+    from pymodbus.server import StartSerialServer, StartTcpServer
 except ImportError:
     print("pymodbus is not installed")
     sys.exit(77)
+try:
+    from pymodbus.framer import FramerType
+    RTU = FramerType.RTU
+except ImportError:  # before 3.7
+    from pymodbus.transaction import ModbusRtuFramer as RTU
 
 IDENTITY, STATUS, COMMAND, STOP, PATH, EXCHANGE, FIFO = 0, 64, 128, 200, 256, 384, 400
 IDLE, SCANNING, STARVED, STOPPED = 0, 4, 5, 6
@@ -137,4 +143,7 @@ class Controller(ModbusSlaveContext):
 if __name__ == "__main__":
     context = ModbusServerContext(slaves=Controller(), single=True)
     print("ready", flush=True)
-    StartTcpServer(context=context, address=("127.0.0.1", int(sys.argv[1])))
+    if sys.argv[1].isdigit():
+        StartTcpServer(context=context, address=("127.0.0.1", int(sys.argv[1])))
+    else:
+        StartSerialServer(context=context, framer=RTU, port=sys.argv[1], baudrate=115200, timeout=0.005)

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tests/sim/served_bar.hpp"
+#include "tests/support/serial_wire.hpp"
 
 /// Clients that share no code with us drive the simulated machine over the real wire. Each is skipped where it is not
 /// installed.
@@ -68,6 +69,41 @@ TEST(ForeignClient, PymodbusScansFromTheDocumentAlone) {
     const ServedBar bar;
     const Outcome outcome =
         run(python + " tests/peers/foreign_scan.py " + std::to_string(bar.port()) + " " + std::to_string(circle_mm));
+    if (outcome.code == not_installed || outcome.code == 127) GTEST_SKIP() << "apt-get install python3-pymodbus";
+    EXPECT_EQ(outcome.code, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("ok    nobody owns it"), std::string::npos) << outcome.output;
+}
+
+/// The simulator on one end of a serial wire, for clients on the other.
+SerialLine line_at(const std::string& port) {
+    SerialLine line;
+    line.path = port;
+    return line;
+}
+
+TEST(ForeignClient, MbpollReadsAndStopsOverRtu) {
+    if (!have("mbpoll")) GTEST_SKIP() << "mbpoll is not installed (apt-get install mbpoll)";
+    const cmm::test::SerialWire wire;
+    const ServedBar bar(line_at(wire.device()));
+    const std::string base = "mbpoll -m rtu -a 1 -b 115200 -P none -0 -1 ";
+    const Outcome identity = run(base + "-r 0 -c 46 -t 4:hex " + wire.host());
+    ASSERT_EQ(identity.code, 0) << identity.output;
+    EXPECT_NE(identity.output.find("[1]: \t0x4D31"), std::string::npos) << identity.output;
+    const Outcome fifo = run(base + "-r 400 -c 125 -t 4 " + wire.host());
+    EXPECT_NE(fifo.output.find("[407]: \t0"), std::string::npos) << "no samples yet: " << fifo.output;
+    EXPECT_EQ(run(base + "-r 200 -t 4 " + wire.host() + " 2").code, 0);
+    const Outcome state = run(base + "-r 64 -c 1 -t 4 " + wire.host());
+    EXPECT_NE(state.output.find("[64]: \t8"), std::string::npos) << state.output;
+    EXPECT_NE(run("mbpoll -m rtu -a 2 -b 115200 -P none -0 -1 -o 0.2 -r 0 -c 1 " + wire.host()).code, 0)
+        << "unit 2 is somebody else";
+}
+
+TEST(ForeignClient, PymodbusScansOverRtu) {
+    const std::string python = have("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
+    const cmm::test::SerialWire wire;
+    const ServedBar bar(line_at(wire.device()));
+    const Outcome outcome =
+        run(python + " tests/peers/foreign_scan.py " + wire.host() + " " + std::to_string(circle_mm));
     if (outcome.code == not_installed || outcome.code == 127) GTEST_SKIP() << "apt-get install python3-pymodbus";
     EXPECT_EQ(outcome.code, 0) << outcome.output;
     EXPECT_NE(outcome.output.find("ok    nobody owns it"), std::string::npos) << outcome.output;

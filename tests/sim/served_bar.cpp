@@ -8,6 +8,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "sim/modbus_wire.hpp"
+
 namespace cmm::sim::test {
 namespace {
 
@@ -20,6 +22,12 @@ ControllerOptions options_at(double speed) {
     return options;
 }
 
+std::unique_ptr<WireServer> new_server() {
+    auto server = WireServer::make();
+    if (!server) throw std::runtime_error(server.error().text());
+    return std::move(*server);
+}
+
 }  // namespace
 
 RegisterMap repository_map() {
@@ -29,10 +37,23 @@ RegisterMap repository_map() {
 }
 
 ServedBar::ServedBar(double speed) : controller_(options_at(speed), clock_), bank_(controller_, repository_map()) {
-    auto server = ModbusServer::listen("127.0.0.1", 0);
-    if (!server) throw std::runtime_error(server.error().text());
-    server_ = std::move(*server);
-    thread_ = std::thread([this] { server_->run(bank_, [this] { return controller_.step() ? 0 : 1; }); });
+    server_ = new_server();
+    const auto bound = server_->listen("127.0.0.1", 0, [this] { return std::make_unique<MbapProtocol>(bank_); });
+    if (!bound) throw std::runtime_error(bound.error().text());
+    port_ = *bound;
+    serve();
+}
+
+ServedBar::ServedBar(const SerialLine& line)
+    : controller_(options_at(0.0), clock_), bank_(controller_, repository_map()) {
+    server_ = new_server();
+    const auto opened = server_->open(line, [this] { return std::make_unique<RtuProtocol>(bank_, 1); });
+    if (!opened) throw std::runtime_error(opened.error().text());
+    serve();
+}
+
+void ServedBar::serve() {
+    thread_ = std::thread([this] { server_->run([this] { return controller_.step() ? 0 : 1; }); });
 }
 
 ServedBar::~ServedBar() {

@@ -4,8 +4,8 @@
 #include <memory>
 #include <thread>
 
-#include "sim/modbus_server.hpp"
 #include "sim/register_bank.hpp"
+#include "sim/wire_server.hpp"
 #include "tests/sim/controller_rig.hpp"
 
 namespace cmm::sim::test {
@@ -14,14 +14,18 @@ namespace cmm::sim::test {
 class ServedBar {
   public:
     explicit ServedBar(double speed = 0.0);
+    /// On a serial port, unit 1.
+    explicit ServedBar(const SerialLine& line);
     ~ServedBar();
-    std::uint16_t port() const { return server_->port(); }
+    std::uint16_t port() const { return port_; }
 
   private:
+    void serve();
     core::SystemClock clock_;
     Controller controller_;
     RegisterBank bank_;
-    std::unique_ptr<ModbusServer> server_;
+    std::unique_ptr<WireServer> server_;
+    std::uint16_t port_ = 0;
     std::thread thread_;
 };
 

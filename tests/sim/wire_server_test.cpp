@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/modbus_server.hpp"
+#include "sim/wire_server.hpp"
 
 #include <gtest/gtest.h>
 
@@ -25,14 +25,14 @@ Bytes read_request(std::uint8_t transaction, std::uint16_t address, std::uint8_t
             count};
 }
 
-TEST(ModbusServer, AnswersOnTheWire) {
+TEST(WireServer, AnswersOnTheWire) {
     const ServedBar bar;
     RawClient client(bar.port());
     client.send(read_request(9, 0, 2));
     EXPECT_EQ(client.receive(13), (Bytes{0, 9, 0, 0, 0, 7, 1, 3, 4, 0x43, 0x4D, 0x4D, 0x31}));
 }
 
-TEST(ModbusServer, AnswersPipelinedRequestsInOrder) {
+TEST(WireServer, AnswersPipelinedRequestsInOrder) {
     const ServedBar bar;
     RawClient client(bar.port());
     Bytes all;
@@ -45,7 +45,7 @@ TEST(ModbusServer, AnswersPipelinedRequestsInOrder) {
         EXPECT_EQ(client.receive(11), (Bytes{0, i, 0, 0, 0, 5, 1, 3, 2, 0, 1}));
 }
 
-TEST(ModbusServer, JoinsRequestsFromSingleBytes) {
+TEST(WireServer, JoinsRequestsFromSingleBytes) {
     const ServedBar bar;
     RawClient slow(bar.port());
     RawClient other(bar.port());
@@ -57,7 +57,7 @@ TEST(ModbusServer, JoinsRequestsFromSingleBytes) {
     EXPECT_EQ(slow.receive(11), (Bytes{0, 1, 0, 0, 0, 5, 1, 3, 2, 0, 1}));
 }
 
-TEST(ModbusServer, AMalformedFrameClosesItsConnectionOnly) {
+TEST(WireServer, AMalformedFrameClosesItsConnectionOnly) {
     const ServedBar bar;
     RawClient good(bar.port());
     for (const Bytes& broken :
@@ -73,7 +73,7 @@ TEST(ModbusServer, AMalformedFrameClosesItsConnectionOnly) {
     EXPECT_EQ(good.receive(11).size(), 11U);
 }
 
-TEST(ModbusServer, AClientThatDoesNotReadDoesNotGrowTheServer) {
+TEST(WireServer, AClientThatDoesNotReadDoesNotGrowTheServer) {
     const ServedBar bar;
     RawClient deaf(bar.port());
     RawClient good(bar.port());
@@ -90,13 +90,15 @@ TEST(ModbusServer, AClientThatDoesNotReadDoesNotGrowTheServer) {
     EXPECT_EQ(deaf.receive(2000 * 101).size(), 2000U * 101U) << "it gets everything in the end";
 }
 
-TEST(ModbusServer, UsedPortsAndBadAddressesAreErrors) {
+TEST(WireServer, UsedPortsAndBadAddressesAreErrors) {
     const ServedBar bar;
-    const auto taken = ModbusServer::listen("127.0.0.1", bar.port());
+    const auto server = WireServer::make();
+    ASSERT_TRUE(server);
+    const auto taken = (*server)->listen("127.0.0.1", bar.port(), {});
     ASSERT_FALSE(taken);
     EXPECT_EQ(taken.error().code, core::ErrorCode::transport_connect);
     EXPECT_NE(taken.error().text().find(std::to_string(bar.port())), std::string::npos);
-    EXPECT_FALSE(ModbusServer::listen("nowhere", 0));
+    EXPECT_FALSE((*server)->listen("nowhere", 0, {}));
 }
 
 }  // namespace
