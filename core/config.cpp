@@ -85,6 +85,10 @@ bool ConfigTable::has(std::string_view key) const {
     return node_ != nullptr && as_table(node_)->contains(key);
 }
 
+bool ConfigTable::has_table(std::string_view key) const {
+    return has(key) && as_table(node_)->get(key)->is_table();
+}
+
 double ConfigTable::number(std::string_view key, double fallback, Bounds bounds) const {
     const auto* node = static_cast<const toml::node*>(find(key));
     if (node == nullptr) return fallback;

@@ -12,7 +12,6 @@ namespace {
 
 constexpr std::uint16_t firmware = 1 * 256 + 0;
 constexpr std::uint16_t capabilities = 1U | 2U | 8U;  // scans paths, touches, paths may be appended
-constexpr std::int64_t dt_unit_us = 10;
 
 std::uint16_t u16(double value) {
     return static_cast<std::uint16_t>(std::llround(value));
@@ -30,6 +29,10 @@ std::uint16_t capped(std::size_t value) {
 
 std::span<const std::uint16_t> part_of(const std::vector<std::uint16_t>& image, std::size_t offset, std::size_t count) {
     return std::span<const std::uint16_t>(image).subspan(offset, count);
+}
+
+void put(RegisterWriter& out, const RegisterMap::Place& place, std::uint32_t value) {
+    out.put_bits(place.at, place.words, place.bit, place.bits, value);
 }
 
 }  // namespace
@@ -83,18 +86,18 @@ void RegisterBank::fill_status(std::span<std::uint16_t> to) const {
     const RegisterMap::Status& at = map_.status;
     const Controller& controller = controller_;
     const CommandStatus& command = controller.command_status();
-    out.put16(at.state, code(controller.state()));
+    put(out, at.state, code(controller.state()));
     out.put16(at.heartbeat, controller.heartbeat());
-    out.put16(at.flags, controller.flags());
-    out.put16(at.fault, code(controller.fault()));
+    put(out, at.flags, controller.flags());
+    put(out, at.fault, code(controller.fault()));
     out.put16(at.command_seq, command.seq);
-    out.put16(at.command_state, code(command.state));
-    out.put16(at.result, code(command.result));
+    put(out, at.command_state, code(command.state));
+    put(out, at.result, code(command.result));
     for (std::size_t i = 0; i < command.values.size(); ++i)
         out.put32(at.values + 2 * i, static_cast<std::uint32_t>(command.values[i]));
     out.put16(at.active_path, controller.path().id());
-    out.put32(at.path_recorded, controller.path_passed());
-    out.put32(at.path_received, controller.path().received());
+    put(out, at.path_recorded, controller.path_passed());
+    put(out, at.path_received, controller.path().received());
     out.put32(at.newest_seq, controller.fifo().newest());
     out.put32(at.acked_seq, controller.fifo().acknowledged());
     const Eigen::Vector3d position = controller.position_mm();
@@ -102,7 +105,7 @@ void RegisterBank::fill_status(std::span<std::uint16_t> to) const {
         out.put32(
             at.position + static_cast<std::size_t>(2 * axis),
             static_cast<std::uint32_t>(core::counts_from_mm(position[axis], controller.options().machine.lsb_mm)));
-    out.put16(at.fifo_level, capped(controller.fifo().level()));
+    put(out, at.fifo_level, capped(controller.fifo().level()));
     out.put48(at.time_us, static_cast<std::uint64_t>(controller.time_us()));
     out.put32(at.owner, controller.owner());
     out.put16(at.crc, block_crc(to, at.crc));
@@ -125,22 +128,22 @@ void RegisterBank::fill_fifo(std::span<std::uint16_t> to) const {
     std::int64_t units = 0;  // since the first point; dt is a difference of these, so rounding does not add up
     for (std::size_t i = 0; i < map_.fifo_window && fifo.holds(next); ++i, ++next) {
         const FifoSample& sample = fifo.at(next);
-        const std::int64_t since = (sample.time_us - fifo.at(first).time_us) / dt_unit_us;
+        const std::int64_t since = (sample.time_us - fifo.at(first).time_us) / map_.dt_us;
         if (sample.path != path || since - units > 65535) break;
         const std::size_t place = at.points + i * at.point_length;
         for (std::size_t axis = 0; axis < 3; ++axis)
-            out.put32(place + 2 * axis, static_cast<std::uint32_t>(sample.counts[axis]));
-        out.put16(place + 6, static_cast<std::uint16_t>(since - units));
-        out.put16(place + 7, sample.quality);
+            out.put32(place + at.position + 2 * axis, static_cast<std::uint32_t>(sample.counts[axis]));
+        out.put16(place + at.dt, static_cast<std::uint16_t>(since - units));
+        out.put16(place + at.quality, sample.quality);
         units = since;
     }
-    out.put16(at.state, code(controller_.state()));
+    put(out, at.state, code(controller_.state()));
     out.put16(at.heartbeat, controller_.heartbeat());
     out.put16(at.path, path);
     out.put32(at.first_seq, first);
     out.put32(at.newest_seq, fifo.newest());
     out.put16(at.count, static_cast<std::uint16_t>(next - first));
-    out.put16(at.flags, fifo_flags(path, next));
+    put(out, at.flags, fifo_flags(path, next));
     out.put48(at.time_us, static_cast<std::uint64_t>(next > first ? fifo.at(first).time_us : controller_.time_us()));
     out.put16(at.crc, block_crc(to.first(at.points + (next - first) * at.point_length), at.crc));
 }
@@ -201,16 +204,17 @@ ModbusException RegisterBank::write_stop(std::uint16_t kind) {
 }
 
 PathPoint RegisterBank::path_point(std::span<const std::uint16_t> registers) const {
+    const RegisterMap::Path& at = map_.path;
     PathPoint point;
     for (int axis = 0; axis < 3; ++axis) {
         const auto i = static_cast<std::size_t>(axis);
-        const auto counts = static_cast<std::int32_t>(get32(registers, 2 * i, map_.big_words));
+        const auto counts = static_cast<std::int32_t>(get32(registers, at.position + 2 * i, map_.big_words));
         point.position[axis] = counts * controller_.options().machine.lsb_mm;
-        point.normal[axis] = static_cast<std::int16_t>(registers[6 + i]) / 32767.0;
+        point.normal[axis] = static_cast<std::int16_t>(registers[at.normal + i]) / map_.normal;
     }
-    point.speed_mm_s = registers[9] * 0.01;
-    point.record = (registers[10] & 1U) != 0;
-    point.last = (registers[10] & 2U) != 0;
+    point.speed_mm_s = registers[at.speed] * map_.speed_mm_s;
+    point.record = (registers[at.flags] & 1U) != 0;
+    point.last = (registers[at.flags] & 2U) != 0;
     return point;
 }
 

@@ -12,8 +12,8 @@ namespace {
 using core::ConfigTable;
 
 constexpr std::size_t most_write_registers = 123;  // of FC 16 (Modbus application protocol 1.1b3, 6.12)
-constexpr std::size_t point_registers = 11;
-constexpr std::size_t sample_registers = 8;
+constexpr std::size_t point_registers = 11;        // position 6, normal 3, speed, flags
+constexpr std::size_t sample_registers = 8;        // position 6, time, quality
 
 std::size_t whole(const ConfigTable& table, const char* key, double high) {
     return static_cast<std::size_t>(std::max<std::int64_t>(0, table.required_integer(key, {0, high})));
@@ -33,7 +33,32 @@ struct BlockReader {
         if (at + width > length) table.complain(key, "does not fit into its block");
         return at;
     }
+    /// An offset, or { at, words, bit, bits }.
+    RegisterMap::Place place(const char* key, std::size_t width = 1) const {
+        RegisterMap::Place to{0, width, 0, static_cast<unsigned>(16 * width)};
+        if (!table.has_table(key)) {
+            to.at = field(key, width);
+            return to;
+        }
+        const ConfigTable in = table.table(key);
+        to.at = whole(in, "at", 65535);
+        to.words = static_cast<std::size_t>(in.integer("words", 1, {1, static_cast<double>(width)}));
+        to.bit = static_cast<unsigned>(in.integer("bit", 0, {0, 15}));
+        const auto left = static_cast<std::int64_t>(16 * to.words - to.bit);
+        to.bits = static_cast<unsigned>(in.integer("bits", left, {1, static_cast<double>(left)}));
+        if (to.at + to.words > length) table.complain(key, "does not fit into its block");
+        return to;
+    }
 };
+
+/// A register of a point; [block.point] may be absent, as in version 1.
+std::size_t in_point(const ConfigTable& block, const char* key, std::size_t fallback, std::size_t width,
+                     std::size_t length) {
+    const ConfigTable point = block.table("point");
+    const auto at = static_cast<std::size_t>(point.integer(key, static_cast<std::int64_t>(fallback), {0, 125}));
+    if (at + width > length) point.complain(key, "does not fit into the point");
+    return at;
+}
 
 void read_identity(const ConfigTable& root, RegisterMap::Identity& to) {
     const BlockReader in(root, "identity", to);
@@ -60,21 +85,21 @@ void read_identity(const ConfigTable& root, RegisterMap::Identity& to) {
 
 void read_status(const ConfigTable& root, RegisterMap::Status& to) {
     const BlockReader in(root, "status", to);
-    to.state = in.field("state");
+    to.state = in.place("state");
     to.heartbeat = in.field("heartbeat");
-    to.flags = in.field("flags");
-    to.fault = in.field("fault");
+    to.flags = in.place("flags");
+    to.fault = in.place("fault");
     to.command_seq = in.field("command_seq");
-    to.command_state = in.field("command_state");
-    to.result = in.field("result");
+    to.command_state = in.place("command_state");
+    to.result = in.place("result");
     to.values = in.field("values", 8);
     to.active_path = in.field("active_path");
-    to.path_recorded = in.field("path_recorded", 2);
-    to.path_received = in.field("path_received", 2);
+    to.path_recorded = in.place("path_recorded", 2);
+    to.path_received = in.place("path_received", 2);
     to.newest_seq = in.field("newest_seq", 2);
     to.acked_seq = in.field("acked_seq", 2);
     to.position = in.field("position", 6);
-    to.fifo_level = in.field("fifo_level");
+    to.fifo_level = in.place("fifo_level");
     to.time_us = in.field("time_us", 3);
     to.owner = in.field("owner", 2);
     to.crc = in.field("crc");
@@ -101,10 +126,14 @@ void read_written_blocks(const ConfigTable& root, RegisterMap& map) {
     whole(path, "reserved", 64);
     if (std::max({map.path.path, map.path.first_index + 1, map.path.count, map.path.crc}) >= map.path.header)
         path.complain("header", "is too short for its fields");
-    if (map.path.point_length != point_registers) path.complain("point_length", "must be 11");
+    if (map.path.point_length < point_registers) path.complain("point_length", "must be 11 or more");
+    map.path.position = in_point(path, "position", 0, 6, map.path.point_length);
+    map.path.normal = in_point(path, "normal", 6, 3, map.path.point_length);
+    map.path.speed = in_point(path, "speed", 9, 1, map.path.point_length);
+    map.path.flags = in_point(path, "flags", 10, 1, map.path.point_length);
     const std::size_t room = most_write_registers - std::min(most_write_registers, map.path.header);
-    map.path_window = room / point_registers;
-    map.path.length = map.path.header + map.path_window * point_registers;
+    map.path_window = room / std::max(point_registers, map.path.point_length);
+    map.path.length = map.path.header + map.path_window * map.path.point_length;
 
     const ConfigTable exchange = root.table("exchange");
     RegisterMap::Exchange& to = map.exchange;
@@ -118,19 +147,22 @@ void read_written_blocks(const ConfigTable& root, RegisterMap& map) {
 void read_fifo(const ConfigTable& root, RegisterMap& map) {
     const BlockReader in(root, "fifo", map.fifo);
     RegisterMap::Fifo& to = map.fifo;
-    to.state = in.field("state");
+    to.state = in.place("state");
     to.heartbeat = in.field("heartbeat");
     to.path = in.field("path");
     to.first_seq = in.field("first_seq", 2);
     to.newest_seq = in.field("newest_seq", 2);
     to.count = in.field("count");
-    to.flags = in.field("flags");
+    to.flags = in.place("flags");
     to.time_us = in.field("time_us", 3);
     to.crc = in.field("crc");
     to.points = in.field("points", sample_registers);
     to.point_length = whole(in.table, "point_length", 125);
-    if (to.point_length != sample_registers) in.table.complain("point_length", "must be 8");
-    map.fifo_window = (to.length - std::min(to.length, to.points)) / sample_registers;
+    if (to.point_length < sample_registers) in.table.complain("point_length", "must be 8 or more");
+    to.position = in_point(in.table, "position", 0, 6, to.point_length);
+    to.dt = in_point(in.table, "dt", 6, 1, to.point_length);
+    to.quality = in_point(in.table, "quality", 7, 1, to.point_length);
+    map.fifo_window = (to.length - std::min(to.length, to.points)) / std::max(sample_registers, to.point_length);
 }
 
 }  // namespace
@@ -147,6 +179,11 @@ core::Result<RegisterMap> load_register_map(const std::string& file) {
     read_status(*root, map.status);
     read_written_blocks(*root, map);
     read_fifo(*root, map);
+    const ConfigTable scale = root->table("scale");
+    map.count_mm = scale.number("count_nm", 0, {0, 1e6}) * 1e-6;
+    map.speed_mm_s = scale.number("speed_um_s", 10, {1e-3, 1e6}) * 1e-3;
+    map.normal = scale.number("normal", map.normal, {100, 32767});
+    map.dt_us = scale.integer("dt_us", map.dt_us, {1, 1e6});
     std::array<RegisterMap::Block, 7> blocks{map.identity, map.status,   map.command, map.stop,
                                              map.path,     map.exchange, map.fifo};
     std::sort(blocks.begin(), blocks.end(), [](const auto& a, const auto& b) { return a.address < b.address; });

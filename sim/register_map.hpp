@@ -18,26 +18,36 @@ struct RegisterMap {
         /// Whether [at, at + count) lies in the block.
         bool holds(std::size_t at, std::size_t count) const { return at >= address && at + count <= address + length; }
     };
+    /// A number in `words` registers, or in some bits of one.
+    struct Place {
+        std::size_t at = 0;
+        std::size_t words = 1;
+        unsigned bit = 0;
+        unsigned bits = 16;
+    };
     struct Identity : Block {
         std::size_t magic, map_version, firmware, model, serial, lsb_nm, sample_rate_hz, fifo_depth, path_capacity,
             path_window, watchdog_ms, capabilities, deflection_lsb_um, limit_min, limit_max, max_speed_um_s,
             max_accel_um_s2, boot_id, crc;
     };
     struct Status : Block {
-        std::size_t state, heartbeat, flags, fault, command_seq, command_state, result, values, active_path,
-            path_recorded, path_received, newest_seq, acked_seq, position, fifo_level, time_us, owner, crc;
+        Place state, flags, fault, command_state, result, path_recorded, path_received, fifo_level;
+        std::size_t heartbeat, command_seq, values, active_path, newest_seq, acked_seq, position, time_us, owner, crc;
     };
     struct Command : Block {
         std::size_t seq, opcode, owner, args, crc;
     };
     struct Path : Block {  // length = the largest window
         std::size_t header, path, first_index, count, crc, point_length;
+        std::size_t position, normal, speed, flags;  // of a point
     };
     struct Exchange : Block {
         std::size_t watchdog, ack_seq, from_seq;
     };
     struct Fifo : Block {
-        std::size_t state, heartbeat, path, first_seq, newest_seq, count, flags, time_us, crc, points, point_length;
+        Place state, flags;
+        std::size_t heartbeat, path, first_seq, newest_seq, count, time_us, crc, points, point_length;
+        std::size_t position, dt, quality;  // of a point
     };
 
     std::uint16_t version = 1;
@@ -49,6 +59,10 @@ struct RegisterMap {
     Path path{};
     Exchange exchange{};
     Fifo fifo{};
+    double count_mm = 0.0;  ///< size of a count; 0: the machine's own
+    double speed_mm_s = 0.01;
+    double normal = 32767.0;
+    std::int64_t dt_us = 10;
     std::size_t path_window = 0;  ///< path points of one write
     std::size_t fifo_window = 0;  ///< samples of one read
 };

@@ -41,6 +41,12 @@ void RegisterWriter::put_words(std::size_t at, std::uint64_t value, std::size_t 
     }
 }
 
+void RegisterWriter::put_bits(std::size_t at, std::size_t words, unsigned bit, unsigned bits, std::uint32_t value) {
+    const std::uint64_t mask = ((std::uint64_t{1} << bits) - 1) << bit;
+    const std::uint64_t present = words == 1 ? registers_[at] : get32(registers_, at, big_words_);
+    put_words(at, (present & ~mask) | ((std::uint64_t{value} << bit) & mask), words);
+}
+
 void RegisterWriter::put_text(std::size_t at, std::size_t length, std::string_view text) {
     for (std::size_t i = 0; i < length; ++i) {
         const auto byte = [&](std::size_t k) {

@@ -19,6 +19,8 @@ class RegisterWriter {
     void put16(std::size_t at, std::uint16_t value) { registers_[at] = value; }
     void put32(std::size_t at, std::uint32_t value) { put_words(at, value, 2); }
     void put48(std::size_t at, std::uint64_t value) { put_words(at, value, 3); }
+    /// Only `bits` bits from `bit` on, of `words` registers; what else is in them stays.
+    void put_bits(std::size_t at, std::size_t words, unsigned bit, unsigned bits, std::uint32_t value);
     void put_text(std::size_t at, std::size_t length, std::string_view text);
 
   private:

@@ -90,6 +90,7 @@ core::Result<std::unique_ptr<Simulator>> Simulator::start(const SimulatorOptions
     if (!machine) return tl::unexpected(machine.error());
     const auto map = load_register_map(options.map_file);
     if (!map) return tl::unexpected(map.error());
+    if (map->count_mm > 0.0) machine->lsb_mm = map->count_mm;
     auto part = load_part(options.part_file);
     if (!part) return tl::unexpected(part.error());
     const std::uint16_t boot_id = new_boot_id(parts->clock);

@@ -12,9 +12,6 @@ namespace cmm::drivers::modbus {
 namespace {
 
 constexpr std::uint32_t magic_number = 0x434D4D31;  // "CMM1"
-constexpr double speed_lsb_mm_s = 0.01;
-constexpr double normal_scale = 32767.0;
-constexpr std::int64_t dt_unit_us = 10;
 
 core::ErrorCode code_of_result(std::uint16_t result) {
     switch (result) {
@@ -133,7 +130,7 @@ void encode(const RegisterMap& map, const CommandBlock& command, std::span<std::
 }
 
 core::Status check_status(const RegisterMap& map, std::span<const std::uint16_t> registers) {
-    const std::uint16_t state = registers[map.status.state];
+    const std::uint32_t state = map.value(registers, map.status.state);
     if (auto crc = check_crc(registers, map.status.crc, "status"); !crc) return crc;
     if (state <= static_cast<std::uint16_t>(MachineState::qualifying)) return {};
     return core::fail(core::ErrorCode::protocol_invalid, "unknown machine state " + std::to_string(state));
@@ -142,23 +139,23 @@ core::Status check_status(const RegisterMap& map, std::span<const std::uint16_t>
 StatusBlock decode_status(const RegisterMap& map, std::span<const std::uint16_t> registers) {
     const auto& at = map.status;
     StatusBlock status;
-    status.state = registers[at.state];
+    status.state = static_cast<std::uint16_t>(map.value(registers, at.state));
     status.heartbeat = registers[at.heartbeat];
-    status.flags = registers[at.flags];
-    status.fault = registers[at.fault];
+    status.flags = static_cast<std::uint16_t>(map.value(registers, at.flags));
+    status.fault = static_cast<std::uint16_t>(map.value(registers, at.fault));
     status.command_sequence = registers[at.command_seq];
-    status.command_state = registers[at.command_state];
-    status.result = registers[at.result];
+    status.command_state = static_cast<std::uint16_t>(map.value(registers, at.command_state));
+    status.result = static_cast<std::uint16_t>(map.value(registers, at.result));
     for (std::size_t k = 0; k < status.values.size(); ++k)
         status.values[k] = map.i32(registers, at.values + 2 * k);
     status.path = registers[at.active_path];
-    status.path_passed = map.u32(registers, at.path_recorded);
-    status.path_received = map.u32(registers, at.path_received);
+    status.path_passed = map.value(registers, at.path_recorded);
+    status.path_received = map.value(registers, at.path_received);
     status.newest = map.u32(registers, at.newest_seq);
     status.acknowledged = map.u32(registers, at.acked_seq);
     for (std::size_t k = 0; k < 3; ++k)
         status.position[k] = map.i32(registers, at.position + 2 * k);
-    status.fifo_level = registers[at.fifo_level];
+    status.fifo_level = static_cast<std::uint16_t>(map.value(registers, at.fifo_level));
     status.time_us = map.u48(registers, at.time_us);
     status.owner = map.u32(registers, at.owner);
     return status;
@@ -194,7 +191,7 @@ core::Result<Capabilities> decode_identity(const RegisterMap& map, std::span<con
     found.fifo_depth = registers[at.fifo_depth];
     found.path_capacity = registers[at.path_capacity];
     found.path_window = registers[at.path_window];
-    found.lsb_mm = registers[at.lsb_nm] * 1e-6;
+    found.lsb_mm = map.scale.count_mm > 0.0 ? map.scale.count_mm : registers[at.lsb_nm] * 1e-6;
     found.deflection_lsb_mm = core::mm_from_um(registers[at.deflection_lsb_um]);
     found.limit_min_mm = vector_mm(map, registers, at.limit_min, found.lsb_mm);
     found.limit_max_mm = vector_mm(map, registers, at.limit_max, found.lsb_mm);
@@ -219,9 +216,9 @@ FifoBlock decode_fifo(const RegisterMap& map, std::span<const std::uint16_t> reg
     const auto& at = map.fifo;
     FifoBlock block;
     block.count = registers[at.count];
-    block.state = registers[at.state];
+    block.state = static_cast<std::uint16_t>(map.value(registers, at.state));
     block.path = registers[at.path];
-    block.flags = registers[at.flags];
+    block.flags = static_cast<std::uint16_t>(map.value(registers, at.flags));
     block.first = map.u32(registers, at.first_seq);
     block.newest = map.u32(registers, at.newest_seq);
     block.time_us = map.u48(registers, at.time_us);
@@ -230,19 +227,21 @@ FifoBlock decode_fifo(const RegisterMap& map, std::span<const std::uint16_t> reg
 
 void decode_samples(const RegisterMap& map, std::span<const std::uint16_t> registers, const FifoBlock& block,
                     std::vector<core::Sample>& samples) {
+    const auto& at = map.fifo;
     samples.resize(block.count);
     std::int64_t time_us = block.time_us;
     for (std::size_t k = 0; k < samples.size(); ++k) {
-        const auto point = registers.subspan(map.fifo.points + k * map.fifo.point_length, 8);
-        if (k > 0) time_us += point[6] * dt_unit_us;
+        const auto point = registers.subspan(at.points + k * at.point_length, at.point_length);
+        if (k > 0) time_us += point[at.dt] * map.scale.dt_us;
         core::Sample& sample = samples[k];
         sample.sequence = std::uint64_t{block.first} + k;
         sample.machine_time_us = time_us;
         sample.host_time_ns = 0;
-        sample.counts = {map.i32(point, 0), map.i32(point, 2), map.i32(point, 4)};
+        sample.counts = {map.i32(point, at.position), map.i32(point, at.position + 2U),
+                         map.i32(point, at.position + 4U)};
         sample.path = block.path;
-        sample.flags = static_cast<std::uint16_t>(point[7] & 0xFFU);
-        sample.deflection_counts = point[7] >> 8U;
+        sample.flags = static_cast<std::uint16_t>(point[at.quality] & 0xFFU);
+        sample.deflection_counts = point[at.quality] >> 8U;
     }
 }
 
@@ -250,7 +249,7 @@ std::size_t window_limit(const RegisterMap& map) noexcept {
     return (max_write - map.path.header) / map.path.point_length;
 }
 
-core::Status check_point(const PathPoint& point, std::uint64_t index, double lsb_mm) {
+core::Status check_point(const RegisterMap& map, const PathPoint& point, std::uint64_t index, double lsb_mm) {
     const auto bad = [index](const std::string& what) {
         return core::fail(core::ErrorCode::plan_invalid, "path point " + std::to_string(index) + ": " + what);
     };
@@ -258,9 +257,11 @@ core::Status check_point(const PathPoint& point, std::uint64_t index, double lsb
     if (!(point.centre_mm.cwiseAbs().maxCoeff() < reach_mm))
         return bad("the position is not a number of the controller");
     if (!(std::abs(point.normal.norm() - 1.0) < 1e-3)) return bad("the normal is not a unit vector");
-    const double steps = point.speed_mm_s / speed_lsb_mm_s;
+    const double steps = point.speed_mm_s / map.scale.speed_mm_s;
     if (!(steps >= 0.5 && steps <= 65535.0)) {
-        return bad("the speed " + core::fixed(point.speed_mm_s, 3) + " mm/s is not within 0.01 to 655.35 mm/s");
+        return bad("the speed " + core::fixed(point.speed_mm_s, 3) + " mm/s is not within " +
+                   core::fixed(map.scale.speed_mm_s, 3) + " to " + core::fixed(65535.0 * map.scale.speed_mm_s, 2) +
+                   " mm/s");
     }
     return {};
 }
@@ -279,13 +280,14 @@ std::size_t encode_window(const RegisterMap& map, std::uint16_t path, std::uint3
         const auto out = window.subspan(at.header + k * at.point_length, at.point_length);
         const PathPoint& point = points[k];
         for (Eigen::Index axis = 0; axis < 3; ++axis) {
-            map.put_i32(out, static_cast<std::size_t>(2 * axis), core::counts_from_mm(point.centre_mm[axis], lsb_mm));
-            const auto scaled = static_cast<std::int16_t>(std::lround(point.normal[axis] * normal_scale));
-            out[static_cast<std::size_t>(6 + axis)] = static_cast<std::uint16_t>(scaled);
+            map.put_i32(out, at.position + static_cast<std::size_t>(2 * axis),
+                        core::counts_from_mm(point.centre_mm[axis], lsb_mm));
+            const auto scaled = static_cast<std::int16_t>(std::lround(point.normal[axis] * map.scale.normal));
+            out[at.normal + static_cast<std::size_t>(axis)] = static_cast<std::uint16_t>(scaled);
         }
-        out[9] = static_cast<std::uint16_t>(std::lround(point.speed_mm_s / speed_lsb_mm_s));
+        out[at.speed] = static_cast<std::uint16_t>(std::lround(point.speed_mm_s / map.scale.speed_mm_s));
         const bool is_last = last && k + 1 == points.size();
-        out[10] = static_cast<std::uint16_t>((point.record ? 1U : 0U) | (is_last ? 2U : 0U));
+        out[at.flags] = static_cast<std::uint16_t>((point.record ? 1U : 0U) | (is_last ? 2U : 0U));
     }
     window[at.crc] = crc16(window, at.crc);
     return used;

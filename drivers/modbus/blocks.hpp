@@ -89,6 +89,6 @@ std::size_t encode_window(const RegisterMap& map, std::uint16_t path, std::uint3
 /// Points that fit into one write by the map, whatever the controller says.
 std::size_t window_limit(const RegisterMap& map) noexcept;
 /// Errors: plan_invalid when a value does not fit the registers (position, normal, speed).
-core::Status check_point(const PathPoint& point, std::uint64_t index, double lsb_mm);
+core::Status check_point(const RegisterMap& map, const PathPoint& point, std::uint64_t index, double lsb_mm);
 
 }  // namespace cmm::drivers::modbus

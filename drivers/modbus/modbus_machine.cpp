@@ -262,6 +262,8 @@ asio::awaitable<core::Result<StatusBlock>> ModbusMachine::follow_path(StatusBloc
         }
         if (ask_status) {
             status = session_.latest_status();
+            status.path_passed =
+                RegisterMap::unwrapped(session_.map().status.path_recorded, status.path_passed, feed.behind_probe());
             feed.passed(status.path_passed);
         }
         // Every sample is a point passed: known sooner than from the status.

@@ -31,7 +31,7 @@ core::Status PathFeed::fill() {
     bool last = false;
     pending_ = source_.next(window_, last);
     for (std::size_t k = 0; k < pending_; ++k) {
-        if (auto fits = check_point(window_[k], std::uint64_t{taken_} + k, lsb_mm_); !fits) return fits;
+        if (auto fits = check_point(map_, window_[k], std::uint64_t{taken_} + k, lsb_mm_); !fits) return fits;
     }
     if (last && pending_ == 0) {
         if (auto marked = add_end_mark(); !marked) return marked;

@@ -26,6 +26,7 @@ class PathFeed {
     /// At least so many points lie behind the probe.
     void passed(std::uint32_t points) noexcept;
 
+    std::uint32_t behind_probe() const noexcept { return passed_; }
     std::uint32_t taken() const noexcept { return taken_; }
     /// Every point is with the controller.
     bool complete() const noexcept { return ended_ && pending_ == 0; }

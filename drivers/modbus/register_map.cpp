@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/modbus/register_map.hpp"
 
+#include <algorithm>
+
 #include "core/config.hpp"
+#include "core/units.hpp"
 #include "drivers/modbus/crc16.hpp"
 
 namespace cmm::drivers::modbus {
@@ -36,6 +39,34 @@ class BlockReader {
             table_.complain(key, "reaches beyond the block's " + std::to_string(length_) + " registers");
         }
         return *this;
+    }
+    /// An offset, or { at, words, bit, bits } for a number that shares its register with others.
+    BlockReader& field(std::string_view key, Field& target, std::uint16_t most_words = 1) {
+        if (!table_.has_table(key)) {
+            target.words = most_words;
+            target.bits = static_cast<std::uint16_t>(16 * most_words);
+            return field(key, target.at, most_words);
+        }
+        const core::ConfigTable part = table_.table(key);
+        const auto read = [&part](std::string_view name, std::int64_t fallback, double low, double high) {
+            return static_cast<std::uint16_t>(part.integer(name, fallback, {low, high}));
+        };
+        target.at = static_cast<std::uint16_t>(part.required_integer("at", {0.0, 65535.0}));
+        target.words = read("words", 1, 1.0, most_words);
+        target.shift = read("bit", 0, 0.0, 15.0);
+        const int left = 16 * target.words - target.shift;
+        target.bits = read("bits", left, 1.0, left);
+        if (target.at + std::size_t{target.words} > length_) {
+            table_.complain(key, "reaches beyond the block's " + std::to_string(length_) + " registers");
+        }
+        return *this;
+    }
+    /// A register of a point, in a table of its own that need not be there.
+    void in_point(std::string_view point, std::string_view key, std::uint16_t& target, std::size_t registers,
+                  std::size_t point_length) const {
+        const core::ConfigTable of_point = table_.table(point);
+        target = static_cast<std::uint16_t>(of_point.integer(key, target, {0.0, 65535.0}));
+        if (target + registers > point_length) of_point.complain(key, "lies behind the end of the point");
     }
     BlockReader& number(std::string_view key, std::uint16_t& target, std::size_t most, std::size_t least = 0) {
         const core::Bounds bounds{static_cast<double>(least), static_cast<double>(most)};
@@ -86,8 +117,8 @@ void read_status(const core::ConfigTable& root, RegisterMap::Status& at) {
         .field("result", at.result)
         .field("values", at.values, 8)
         .field("active_path", at.active_path)
-        .field("path_recorded", at.path_recorded, 2)
-        .field("path_received", at.path_received, 2)
+        .field("path_recorded", at.path_recorded, std::uint16_t{2})
+        .field("path_received", at.path_received, std::uint16_t{2})
         .field("newest_seq", at.newest_seq, 2)
         .field("acked_seq", at.acked_seq, 2)
         .field("position", at.position, 6)
@@ -116,6 +147,10 @@ void read_written_blocks(const core::ConfigTable& root, RegisterMap& map) {
         .field("crc", map.path.crc)
         .field("reserved", map.path.reserved)
         .number("point_length", map.path.point_length, max_write - 32, 11);
+    path.in_point("point", "position", map.path.position, 6, map.path.point_length);
+    path.in_point("point", "normal", map.path.normal, 3, map.path.point_length);
+    path.in_point("point", "speed", map.path.speed, 1, map.path.point_length);
+    path.in_point("point", "flags", map.path.flags, 1, map.path.point_length);
     BlockReader(root, "exchange")
         .stated_length(exchange_length)
         .address(map.exchange.address)
@@ -125,8 +160,8 @@ void read_written_blocks(const core::ConfigTable& root, RegisterMap& map) {
 }
 
 void read_fifo(const core::ConfigTable& root, RegisterMap::Fifo& at) {
-    BlockReader(root, "fifo")
-        .address(at.address)
+    BlockReader fifo(root, "fifo");
+    fifo.address(at.address)
         .length(at.length, 1, max_read)
         .field("state", at.state)
         .field("heartbeat", at.heartbeat)
@@ -139,6 +174,16 @@ void read_fifo(const core::ConfigTable& root, RegisterMap::Fifo& at) {
         .field("crc", at.crc)
         .field("points", at.points)
         .number("point_length", at.point_length, max_read, 8);
+    fifo.in_point("point", "position", at.position, 6, at.point_length);
+    fifo.in_point("point", "dt", at.dt, 1, at.point_length);
+    fifo.in_point("point", "quality", at.quality, 1, at.point_length);
+}
+
+void read_scale(const core::ConfigTable& table, RegisterMap::Scale& scale) {
+    scale.count_mm = table.number("count_nm", 0.0, {0.0, 1e6}) * 1e-6;
+    scale.speed_mm_s = core::mm_from_um(table.number("speed_um_s", core::um_from_mm(scale.speed_mm_s), {1e-3, 1e6}));
+    scale.normal = table.number("normal", scale.normal, {100.0, 32767.0});
+    scale.dt_us = table.integer("dt_us", scale.dt_us, {1.0, 1e6});
 }
 
 }  // namespace
@@ -165,8 +210,23 @@ core::Result<RegisterMap> RegisterMap::load(const std::string& file) {
     read_status(*root, map.status);
     read_written_blocks(*root, map);
     read_fifo(*root, map.fifo);
+    read_scale(root->table("scale"), map.scale);
     if (auto done = root->finish(); !done) return tl::unexpected(done.error());
     return map;
+}
+
+std::uint32_t RegisterMap::value(std::span<const std::uint16_t> block, const Field& field) const noexcept {
+    const std::uint32_t registers = field.words == 2 ? u32(block, field.at) : block[field.at];
+    return field.bits == 32 ? registers : (registers >> field.shift) & ((1U << field.bits) - 1U);
+}
+
+std::uint32_t RegisterMap::unwrapped(const Field& field, std::uint32_t value, std::uint32_t near) noexcept {
+    if (field.bits == 32) return value;
+    const std::int64_t round = std::int64_t{1} << field.bits;
+    std::int64_t ahead = (std::int64_t{value} - std::int64_t{near}) % round;
+    if (ahead > round / 2) ahead -= round;
+    if (ahead < -round / 2) ahead += round;
+    return static_cast<std::uint32_t>(std::max<std::int64_t>(0, std::int64_t{near} + ahead));
 }
 
 std::uint32_t RegisterMap::u32(std::span<const std::uint16_t> block, std::size_t at) const noexcept {

@@ -44,6 +44,8 @@ TEST(RegisterMap, TheShippedFileIsTheBuiltInVersion) {
     EXPECT_EQ(std::memcmp(&map->path, &built_in.path, sizeof built_in.path), 0);
     EXPECT_EQ(std::memcmp(&map->exchange, &built_in.exchange, sizeof built_in.exchange), 0);
     EXPECT_EQ(std::memcmp(&map->fifo, &built_in.fifo, sizeof built_in.fifo), 0);
+    EXPECT_DOUBLE_EQ(map->scale.speed_mm_s, built_in.scale.speed_mm_s);
+    EXPECT_EQ(map->scale.count_mm, 0.0);
 }
 
 TEST(RegisterMap, ErrorsNameKeyAndPlace) {
@@ -58,6 +60,9 @@ TEST(RegisterMap, ErrorsNameKeyAndPlace) {
     expect_error(replaced(map_text(), "boot_id = 44", "boot_id = 46"), "reaches beyond");
     expect_error(replaced(map_text(), "values = 7", "values = \"7\""), "whole number");
     expect_error(replaced(map_text(), "heartbeat = 1", "hartbeat = 1"), "hartbeat");
+    expect_error(replaced(map_text(), "state = 0", "state = { at = 0, bit = 12, bits = 5 }"), "bits");
+    expect_error(replaced(map_text(), "state = 0", "state = { at = 37 }"), "reaches beyond");
+    expect_error(map_text() + "[fifo.point]\nposition = 3\n", "behind the end of the point");
     expect_error(replaced(map_text(), "length = 125", "length = 126"), "from 0 to 125");
     expect_error(replaced(map_text(), "word_order = \"big\"", "word_order = \"mixed\""), "little");
     const auto broken = load_text("[map\n");
@@ -79,6 +84,25 @@ TEST(RegisterMap, WordOrderIsData) {
         map.put_i32(block, 1, -2);
         EXPECT_EQ(map.i32(block, 1), -2);
     }
+}
+
+TEST(RegisterMap, PartsOfARegisterAreData) {
+    const auto map = RegisterMap::load("config/maps/plc-le.toml");
+    ASSERT_TRUE(map) << map.error().text();
+    std::array<std::uint16_t, 32> status{};
+    status[0] = 0x0534;  // command done (2), flags 0x13, state 4
+    status[1] = 0x0D0E;
+    EXPECT_EQ(map->value(status, map->status.state), 4U);
+    EXPECT_EQ(map->value(status, map->status.flags), 0x13U);
+    EXPECT_EQ(map->value(status, map->status.command_state), 2U);
+    EXPECT_EQ(map->value(status, map->status.fault), 14U);
+    EXPECT_EQ(map->value(status, map->status.result), 13U);
+    const Field narrow{0, 1, 0, 16};
+    EXPECT_EQ(RegisterMap::unwrapped(narrow, 10, 0), 10U);
+    EXPECT_EQ(RegisterMap::unwrapped(narrow, 10, 65530), 65546U);
+    EXPECT_EQ(RegisterMap::unwrapped(narrow, 65530, 65546), 65530U) << "an older count";
+    EXPECT_EQ(RegisterMap::unwrapped(narrow, 3, 200'000), 196'611U);
+    EXPECT_EQ(RegisterMap::unwrapped(Field{0, 2, 0, 32}, 7, 200'000), 7U);
 }
 
 TEST(Crc16, MatchesPublishedValues) {

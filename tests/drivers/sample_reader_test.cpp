@@ -12,7 +12,7 @@ struct Block {
         map.put_u32(registers, map.fifo.first_seq, first);
         map.put_u32(registers, map.fifo.newest_seq, newest);
         registers[map.fifo.count] = count;
-        registers[map.fifo.flags] = flags;
+        registers[map.fifo.flags.at] = flags;
         registers[map.fifo.path] = 4;
         registers[map.fifo.time_us + 2U] = 500;
         for (std::uint16_t k = 0; k < count; ++k) {

@@ -33,12 +33,13 @@ class Workshop {
     }
     ~Workshop() { std::filesystem::remove_all(folder_); }
 
-    std::unique_ptr<sim::Simulator> start(double speed, const sim::Listen& listen = {}) const {
+    std::unique_ptr<sim::Simulator> start(double speed, const sim::Listen& listen = {},
+                                          const std::string& map = "config/maps/cmm-v1.toml") const {
         sim::SimulatorOptions options;
         options.listen = {listen};
         options.part_file = (folder_ / "part.toml").string();
         options.machine_file = "config/machines/sim.toml";
-        options.map_file = "config/maps/cmm-v1.toml";
+        options.map_file = map;
         options.speed = speed;
         auto started = sim::Simulator::start(options);
         EXPECT_TRUE(started) << started.error().text();

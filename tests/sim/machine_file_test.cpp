@@ -69,8 +69,10 @@ TEST(RegisterMap, BrokenMapsAreRefused) {
     expect_map_refused("boot_id = 44", "boot_id = 46", "does not fit");
     expect_map_refused("address = 64\n", "address = 40\n", "overlap");
     expect_map_refused("fifo_level = 30", "fifo_levl = 30", "fifo_level");
-    expect_map_refused("point_length = 11", "point_length = 12", "must be 11");
-    expect_map_refused("point_length = 8", "point_length = 9", "must be 8");
+    expect_map_refused("point_length = 11", "point_length = 10", "must be 11");
+    expect_map_refused("point_length = 8", "point_length = 7", "must be 8");
+    expect_map_refused("state = 0", "state = { at = 0, bit = 12, bits = 5 }", "bits");
+    expect_map_refused("state = 0", "state = { at = 37 }", "does not fit");
     expect_map_refused("header = 6", "header = 4", "too short");
     expect_map_refused("word_order = \"big\"", "word_order = \"middle\"", "big");
     EXPECT_FALSE(load_register_map("no/such/map.toml"));
