@@ -21,6 +21,10 @@ std::string_view to_string(LiveSnapshot::State state) {
     return "empty";
 }
 
+std::optional<double> known(bool valid, double value) {
+    return valid ? std::optional(value) : std::nullopt;
+}
+
 }  // namespace
 
 std::string batch_payload(std::size_t section, std::uint64_t first_sequence, std::size_t count) {
@@ -38,6 +42,12 @@ std::string snapshot_payload(std::size_t section, const LiveSnapshot& snapshot) 
         .add("y_mm", snapshot.last_mm.y(), mm_digits)
         .add("z_mm", snapshot.last_mm.z(), mm_digits)
         .add("worst_deviation_mm", snapshot.worst_deviation_mm, mm_digits)
+        .add("curvature_per_mm", known(snapshot.curve.valid, snapshot.curve.curvature), fine_digits)
+        .add("doubtful", snapshot.curve.doubtful)
+        .add("noise_mm", known(snapshot.curve.valid, snapshot.noise_mm), fine_digits)
+        .add("next_x_mm", known(snapshot.predicted.valid, snapshot.predicted.centre.x()), mm_digits)
+        .add("next_y_mm", known(snapshot.predicted.valid, snapshot.predicted.centre.y()), mm_digits)
+        .add("next_sigma_mm", known(snapshot.predicted.valid, snapshot.predicted.sigma_mm), fine_digits)
         .text();
 }
 

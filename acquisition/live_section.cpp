@@ -13,13 +13,45 @@ LiveSection::LiveSection(const SectionSetup& setup, double lsb_mm, const core::P
 }
 
 void LiveSection::take(const RecordedPoint& point) {
+    if (!points_.empty() && point.sequence <= points_.back().sequence) return take_late(point);
+    points_.push_back(point);
+    length_mm_ += step_to(points_.size() - 1);
+    count(point);
+    follow(point);
+}
+
+void LiveSection::take_late(const RecordedPoint& point) {
+    const auto place =
+        std::lower_bound(points_.begin(), points_.end(), point.sequence,
+                         [](const RecordedPoint& known, std::uint64_t sequence) { return known.sequence < sequence; });
+    if (place->sequence == point.sequence) return;
+    const auto index = static_cast<std::size_t>(place - points_.begin());
+    length_mm_ -= step_to(index);
+    points_.insert(place, point);
+    length_mm_ += step_to(index) + step_to(index + 1);
+    count(point);
+    if (follow(point) != fitting::LiveSpline::Taken::stale) return;
+    curve_ = fitting::LiveSpline(fitting::MaterialSide::left);
+    for (const auto& known : points_)
+        follow(known);
+}
+
+void LiveSection::count(const RecordedPoint& point) {
     if (point.verdict.reason == fitting::RejectReason::no_contact) {
         ++no_contact_;
     } else {
-        if (!points_.empty()) length_mm_ += (point.centre_mm - points_.back().centre_mm).norm();
         judge(point.centre_mm.head<2>());
     }
-    points_.push_back(point);
+}
+
+fitting::LiveSpline::Taken LiveSection::follow(const RecordedPoint& point) {
+    return curve_.add(point.sequence, point.centre_mm.head<2>(),
+                      point.verdict.reason == fitting::RejectReason::no_contact);
+}
+
+double LiveSection::step_to(std::size_t index) const {
+    if (index == 0 || points_[index].verdict.reason == fitting::RejectReason::no_contact) return 0.0;
+    return (points_[index].centre_mm - points_[index - 1].centre_mm).norm();
 }
 
 void LiveSection::restore(const std::vector<RecordedPoint>& points) {
@@ -61,6 +93,9 @@ LiveSnapshot LiveSection::snapshot() const {
     if (points_.empty()) return now;
     now.state = complete() ? LiveSnapshot::State::closed : LiveSnapshot::State::open;
     now.last_mm = points_.back().centre_mm;
+    now.curve = curve_.newest();
+    now.noise_mm = curve_.noise_mm();
+    if (points_.size() > 1) now.predicted = curve_.predict(step_to(points_.size() - 1));
     return now;
 }
 

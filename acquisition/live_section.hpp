@@ -11,6 +11,7 @@
 #include "core/clock.hpp"
 #include "core/frame.hpp"
 #include "core/sample.hpp"
+#include "fitting/live_spline.hpp"
 
 namespace cmm::acquisition {
 
@@ -25,10 +26,16 @@ struct LiveSnapshot {
     std::optional<double>
         worst_deviation_mm;  ///< provisional, against the nominal: largest median of 7 neighbours, so that bad
                              ///< points and runs of three do not count; nothing before 7 points
+    fitting::LiveSpline::Point curve;           ///< at the newest point; its curvature is positive where it is convex
+    fitting::LiveSpline::Prediction predicted;  ///< the next point, when the step stays as it is
+    double noise_mm = 0.0;                      ///< standard deviation of a point across the path, estimated
 };
 
 /// The section under the probe, fed sample by sample: keeps every point, knows how far it is and how it stands against
-/// the nominal. `add` costs a constant time a sample. Never throws, never blocks; one owner.
+/// the nominal, and what its curve does next. `add` costs a constant time a sample. A sample that comes twice counts
+/// once; one that comes late is put where its sequence belongs (linear in the section only when more than
+/// LiveSpline::depth samples overtook it). Of the live values nothing enters the fit of the closed
+/// section: that is made from `points` alone. Never throws, never blocks; one owner.
 class LiveSection {
   public:
     /// `expected` points close the section (0: unknown until `close_after`). `setup` outlives the section.
@@ -51,6 +58,10 @@ class LiveSection {
 
   private:
     void take(const RecordedPoint& point);
+    void take_late(const RecordedPoint& point);
+    void count(const RecordedPoint& point);
+    fitting::LiveSpline::Taken follow(const RecordedPoint& point);
+    double step_to(std::size_t index) const;
     void judge(const Eigen::Vector2d& centre_mm);
 
     const SectionSetup* setup_;
@@ -58,6 +69,7 @@ class LiveSection {
     core::PartFromMachine part_from_machine_;
     std::size_t expected_;
     std::vector<RecordedPoint> points_;
+    fitting::LiveSpline curve_{fitting::MaterialSide::left};  // every path runs counter-clockwise
     std::size_t no_contact_ = 0;
     double length_mm_ = 0.0;
     std::optional<core::Duration> last_host_time_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/section_start.hpp"
 
-#include "fitting/live_curve.hpp"
+#include "fitting/live_spline.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -17,12 +17,14 @@ std::optional<Eigen::Vector2d> last_contact(std::span<const RecordedPoint> measu
 
 std::optional<Eigen::Vector2d> last_normal(std::span<const RecordedPoint> measured) {
     // An unknown section is scanned counter-clockwise: the material is on the left.
-    fitting::LiveCurve curve(fitting::MaterialSide::left, measured.size());
-    for (const auto& point : measured) {
-        if (point.verdict.reason != fitting::RejectReason::no_contact) curve.add(point.centre_mm.head<2>());
+    fitting::LiveSpline curve(fitting::MaterialSide::left);
+    for (std::size_t i = 0; i < measured.size(); ++i) {
+        const bool no_contact = measured[i].verdict.reason == fitting::RejectReason::no_contact;
+        curve.add(i, measured[i].centre_mm.head<2>(), no_contact);
     }
-    if (!curve.local().valid) return std::nullopt;
-    return curve.local().normal;
+    const auto newest = curve.newest();
+    if (!newest.valid) return std::nullopt;
+    return newest.normal;
 }
 
 Eigen::Vector3d start_of_section(const Plan& plan, const PlannedPath& path, const SectionSetup& setup,

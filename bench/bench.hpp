@@ -27,6 +27,9 @@ void forget_peak_memory();
 void bench_chain(const std::string& config_folder);
 /// Microseconds a sample in the live section, milliseconds a section fit, memory for a million samples.
 void bench_sections();
+/// Microseconds a sample in the live spline: median, 99 % and worst, at the beginning of a long scan and after a
+/// million.
+void bench_live();
 /// Microseconds an offset contour of 2000 points and the offset as a spline, with its true error.
 void bench_offsets();
 

@@ -53,6 +53,7 @@ int main(int count, char** arguments) {
     std::printf("%-58s %10s  %10s  %10s  %-10s %s\n", "", "min", "median", "max", "unit", "target");
     if (wanted("peers")) cmm::bench::bench_peers();
     if (wanted("offsets")) cmm::bench::bench_offsets();
+    if (wanted("live")) cmm::bench::bench_live();
     if (wanted("sections")) cmm::bench::bench_sections();
     if (wanted("chain")) cmm::bench::bench_chain((executable.parent_path() / "../../config").string());
     return 0;

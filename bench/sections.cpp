@@ -8,7 +8,6 @@
 #include "bench/bench.hpp"
 #include "core/rng.hpp"
 #include "core/units.hpp"
-#include "fitting/live_curve.hpp"
 #include "fitting/section.hpp"
 
 namespace cmm::bench {
@@ -59,7 +58,7 @@ void bench_fit() {
     }
 }
 
-void bench_live() {
+void bench_live_section() {
     const auto batch = samples(2000, 1);
     acquisition::SectionSetup setup;
     const auto live = time_of(25, [&] {
@@ -69,14 +68,6 @@ void bench_live() {
     });
     print("live section, a sample", {live.low / 2000 * 1e6, live.median / 2000 * 1e6, live.high / 2000 * 1e6}, "us",
           "");
-    const auto centres = section(2000);
-    const auto curve = time_of(25, [&] {
-        fitting::LiveCurve live_curve(fitting::MaterialSide::left, 2000);
-        for (const auto& point : centres)
-            live_curve.add(point);
-    });
-    print("live curve (prediction), a sample",
-          {curve.low / 2000 * 1e6, curve.median / 2000 * 1e6, curve.high / 2000 * 1e6}, "us", "");
 }
 
 void bench_journal() {
@@ -108,7 +99,7 @@ void bench_journal() {
 }  // namespace
 
 void bench_sections() {
-    bench_live();
+    bench_live_section();
     bench_fit();
     bench_journal();
 }

@@ -13,10 +13,6 @@ constexpr double longest_radii_ratio = 8.0;
 constexpr int most_newton_steps = 30;
 constexpr double last_newton_step = 1e-4;  // of the normal: the next would be below 1e-8
 
-Vec2 left_of(const Vec2& v) {
-    return {-v.y(), v.x()};
-}
-
 bool between(double value, double limit) {
     return value >= 1.0 / limit && value <= limit;
 }

@@ -22,10 +22,6 @@ constexpr std::array bridge_shares{0.003, 0.01, 0.025, 0.05, 0.1, 0.2, 0.35, 0.5
 constexpr std::array model_shares{0.0, 0.001, 0.003, 0.007,
                                   0.014};  // of the model from either end, beside the even ones
 
-Vec2 left_of(const Vec2& v) {
-    return {-v.y(), v.x()};
-}
-
 /// The place on the model's curve of ball centres nearest to p, and the outward normal there.
 struct Centre {
     Vec2 position, normal;

@@ -19,6 +19,11 @@ inline Vec2 right_normal(const Vec2& tangent) {
     return {tangent.y(), -tangent.x()};
 }
 
+/// The vector turned by a quarter to the left.
+inline Vec2 left_of(const Vec2& v) {
+    return {-v.y(), v.x()};
+}
+
 /// Signed angle from a to b in (-pi, pi].
 inline double turn_angle(const Vec2& a, const Vec2& b) {
     return std::atan2(cross(a, b), a.dot(b));

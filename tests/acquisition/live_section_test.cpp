@@ -108,6 +108,78 @@ TEST_F(LiveSectionTest, RestoredPointsCountLikeMeasuredOnes) {
     EXPECT_DOUBLE_EQ(*resumed.snapshot().worst_deviation_mm, *whole.snapshot().worst_deviation_mm);
 }
 
+TEST_F(LiveSectionTest, TellsWhereTheNextPointIsExpected) {
+    const auto samples = samples_of(path, 1, 1);
+    auto live = section(samples.size());
+    live.add(std::span(samples).first(2));
+    EXPECT_FALSE(live.snapshot().curve.valid);
+    EXPECT_FALSE(live.snapshot().predicted.valid);
+    live.add(std::span(samples).subspan(2, 38));
+    const auto now = live.snapshot();
+    ASSERT_TRUE(now.predicted.valid);
+    EXPECT_GT(now.curve.normal.dot(path.points[39].normal.head<2>()), 0.9999);
+    const Eigen::Vector2d apart = path.points[40].centre_mm.head<2>() - now.predicted.centre;
+    EXPECT_LT(std::abs(apart.dot(now.predicted.normal)), 4.0 * now.predicted.sigma_mm + test_lsb_mm);
+    EXPECT_LT(now.predicted.sigma_mm, 0.01);
+    EXPECT_LT(now.noise_mm, 0.002);
+}
+
+/// Interrupted, taken up again, some samples twice, some late: the record and all that follows from it are the same.
+TEST_F(LiveSectionTest, TheOrderOfArrivalDoesNotMatter) {
+    const auto samples = samples_of(path, 1, 1, 0.02);
+    auto ordered = section(samples.size());
+    ordered.add(samples);
+    for (const std::size_t overtaken : {std::size_t{3}, std::size_t{40}}) {
+        auto first = section(samples.size());
+        first.add(std::span(samples).first(90));
+        auto live = section(samples.size());
+        live.restore(first.points());
+        for (std::size_t i = 80; i < samples.size(); i += overtaken) {
+            const auto block = std::span(samples).subspan(i, std::min(overtaken, samples.size() - i));
+            live.add(block.subspan(1));
+            live.add(block.first(1));
+            live.add(block.last(1));
+        }
+        ASSERT_EQ(live.points().size(), samples.size());
+        EXPECT_TRUE(live.complete());
+        const auto a = ordered.snapshot(), b = live.snapshot();
+        EXPECT_EQ(a.curve.position, b.curve.position);
+        EXPECT_EQ(a.curve.sigma_mm, b.curve.sigma_mm);
+        EXPECT_EQ(a.predicted.centre, b.predicted.centre);
+        EXPECT_EQ(a.noise_mm, b.noise_mm);
+        EXPECT_NEAR(a.length_mm, b.length_mm, 1e-9);
+
+        const auto whole = SectionJudge().finish(setup, ordered.points());
+        const auto patched = SectionJudge().finish(setup, live.points());
+        ASSERT_TRUE(whole.closed() && patched.closed());
+        ASSERT_EQ(whole.fit->contour.size(), patched.fit->contour.size());
+        for (std::size_t i = 0; i < whole.fit->contour.size(); ++i)
+            ASSERT_EQ(whole.fit->contour[i].position_mm, patched.fit->contour[i].position_mm) << i;
+    }
+}
+
+/// What was known while it was scanned does not enter the closed section: it is the fit of its points.
+TEST_F(LiveSectionTest, TheClosedSectionIsTheFitOfItsPoints) {
+    const auto samples = samples_of(path, 1, 1, 0.02);
+    auto live = section(samples.size());
+    live.add(samples);
+    const auto closed = SectionJudge().finish(setup, live.points());
+    std::vector<Eigen::Vector2d> centres;
+    for (const auto& sample : samples)
+        centres.push_back(core::centre_mm(sample, test_lsb_mm).head<2>());
+    fitting::SectionOptions options;
+    options.ball_radius_mm = setup.ball_radius_mm;
+    options.le_hint = closed.fit->le_point_mm;
+    options.te_hint = closed.fit->te_point_mm;
+    const auto batch = fitting::fit_section(centres, {}, options);
+    ASSERT_TRUE(batch && closed.closed());
+    ASSERT_EQ(batch->contour.size(), closed.fit->contour.size());
+    double worst = 0.0;
+    for (std::size_t i = 0; i < batch->contour.size(); ++i)
+        worst = std::max(worst, (batch->contour[i].position_mm - closed.fit->contour[i].position_mm).norm());
+    EXPECT_LE(worst, 1e-9);
+}
+
 TEST_F(LiveSectionTest, WithoutANominalThereIsNoDeviation) {
     setup.nominal.reset();
     auto live = section(0);
