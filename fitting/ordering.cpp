@@ -147,6 +147,23 @@ void turn_counter_clockwise(std::span<const Vec2> points, const std::vector<char
     if (lap.was_clockwise) std::reverse(lap.index.begin() + 1, lap.index.end());
 }
 
+/// A probe that trembles along its path now and then measures a place behind the one before: such two change places, so
+/// that the order is that along the curve.
+void untangle(std::span<const Vec2> points, std::vector<std::size_t>& order) {
+    constexpr int most_passes = 4;
+    const std::size_t n = order.size();
+    const auto at = [&](std::size_t k) -> const Vec2& { return points[order[k % n]]; };
+    bool any = n > 4;
+    for (int pass = 0; any && pass < most_passes; ++pass) {
+        any = false;
+        for (std::size_t k = 0; k < n; ++k) {
+            if ((at(k + 2) - at(k + 1)).dot(at(k + 3) - at(k)) >= 0.0) continue;
+            std::swap(order[(k + 1) % n], order[(k + 2) % n]);
+            any = true;
+        }
+    }
+}
+
 }  // namespace
 
 std::vector<std::size_t> usable_points(std::span<const Vec2> points, std::span<const char> excluded,
@@ -202,6 +219,7 @@ core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std:
     for (std::size_t k = 0; k < usable.size(); ++k)
         is_bad[usable[k]] = chain.bad[k];
     turn_counter_clockwise(points, is_bad, lap);
+    untangle(points, lap.index);
     return lap;
 }
 

@@ -17,6 +17,7 @@ constexpr double reject_factor = 5.0;   // of a prediction: bad
 constexpr double sure_factor = 3.0;     // of a prediction: good
 constexpr double clear_factor = 2.0;    // of a prediction over a wider gap: good
 constexpr double clear_sd = 4.0;        // in sigmas: of such a prediction
+constexpr double witness_sd = 8.0;      // in sigmas: of a prediction that frees a point at the first hearing
 constexpr double texture_factor = 1.4;  // local over global scatter from which the local one counts
 constexpr double sharp_turn_rad = 0.6;  // from chord to chord; a steep run turns so where the cubic goes astray
 constexpr double apart_share = 0.35;    // of the gap: slopes over a shorter base would only amplify noise
@@ -306,7 +307,9 @@ class Finder {
         }
         std::vector<std::pair<std::ptrdiff_t, std::ptrdiff_t>> held;
         for (std::ptrdiff_t i = low; i <= high; ++i) {
-            const bool agrees = verdict(i).resolved && std::abs(verdict(i).ratio()) <= reject_factor;
+            // A wide prediction is no witness for a point far off it.
+            const double wide = std::min(verdict(i).sd_mm, witness_sd * sigma_at(i));
+            const bool agrees = verdict(i).resolved && std::abs(verdict(i).residual_mm) <= reject_factor * wide;
             if (state(i) == State::bad || agrees) continue;
             const std::ptrdiff_t by = reach * stride_[block_of(i)];
             hold(held, std::max(low, i - by), std::min(high, i + by));

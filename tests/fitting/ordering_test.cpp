@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "support/truth.hpp"
@@ -37,6 +38,37 @@ TEST(Ordering, OneLapFromAnyStartEitherWay) {
         EXPECT_TRUE(lap->again.empty());
         EXPECT_LT(longest_step(scan.points, *lap), 0.45);
     }
+}
+
+/// A probe that trembles in a corner measures places in the wrong order; along the curve they follow each other again.
+TEST(Ordering, PlacesThatTheProbeWentBackToFollowTheCurve) {
+    truth::ScanOptions options;
+    options.bad_share = 0.0;
+    options.noise = 0.0;
+    const auto scan = truth::scan(truth::ball_centres(truth::envelope_blade({}), 1.0), options);
+    std::vector<Vec2> along, trembled;  // every fourth point; now and then one between two, measured after the second
+    std::size_t steps_back = 0;
+    for (std::size_t i = 0; i + 4 < scan.points.size(); i += 4) {
+        along.push_back(scan.points[i]);
+        trembled.push_back(scan.points[i]);
+        const double back = (scan.points[i] - scan.points[i - std::min<std::size_t>(i, 1)]).norm();
+        if (i % 40 != 24 || back > 0.3 * (scan.points[i] - scan.points[i - 4]).norm()) continue;
+        along.insert(along.end() - 1, scan.points[i - 1]);
+        trembled.push_back(scan.points[i - 1]);
+        ++steps_back;
+    }
+    ASSERT_GT(steps_back, 4U);
+    const auto expected = lap_of(along), lap = lap_of(trembled);
+    ASSERT_TRUE(expected && lap);
+    EXPECT_LE(lap->again.size(), 2U) << "a step back by half a step or more is a second measurement";
+    std::vector<Vec2> wanted, got;
+    for (const std::size_t i : expected->index) {
+        const auto is_this = [&](std::size_t k) { return trembled[k] == along[i]; };
+        if (std::none_of(lap->again.begin(), lap->again.end(), is_this)) wanted.push_back(along[i]);
+    }
+    for (const std::size_t k : lap->index)
+        got.push_back(trembled[k]);
+    EXPECT_EQ(got, wanted);
 }
 
 TEST(Ordering, SetsTheOverlapAside) {
