@@ -13,66 +13,6 @@ namespace {
 
 constexpr std::uint32_t magic_number = 0x434D4D31;  // "CMM1"
 
-core::ErrorCode code_of_result(std::uint16_t result) {
-    switch (result) {
-        case 5:
-            return core::ErrorCode::machine_busy;
-        case 3:
-        case 4:
-        case 6:
-        case 7:
-        case 8:
-            return core::ErrorCode::machine_refused;
-        case 9:
-            return core::ErrorCode::machine_no_contact;
-        case 14:
-            return core::ErrorCode::machine_fault;
-        case 10:
-            return core::ErrorCode::machine_watchdog;
-        case 11:
-            return core::ErrorCode::machine_overflow;
-        case 12:
-            return core::ErrorCode::machine_emergency;
-        case 13:
-            return core::ErrorCode::cancelled;
-        default:
-            return core::ErrorCode::protocol_invalid;
-    }
-}
-
-std::string text_of_result(std::uint16_t result) {
-    switch (result) {
-        case 1:
-            return "the controller does not know the command";
-        case 3:
-            return "the controller refuses an argument";
-        case 4:
-            return "the controller refuses the command in its present state";
-        case 5:
-            return "another motion is under way";
-        case 6:
-            return "a position lies outside the travel limits";
-        case 7:
-            return "another client owns the machine";
-        case 8:
-            return "the controller finds the path invalid";
-        case 9:
-            return "no contact: the surface is not within the search distance";
-        case 10:
-            return "the controller heard nothing for its watchdog time and stopped";
-        case 11:
-            return "the controller's sample FIFO ran full and the path ended";
-        case 12:
-            return "emergency stop";
-        case 13:
-            return "stopped on request";
-        case 14:
-            return "collision: contact during free travel";
-        default:
-            return "the controller gave the unknown result code " + std::to_string(result);
-    }
-}
-
 /// ASCII, high byte first, padded with 0.
 std::string text_of(std::span<const std::uint16_t> registers) {
     std::string text;
@@ -104,19 +44,15 @@ core::Status check_values(const RegisterMap& map, const Capabilities& found) {
     if (!(found.lsb_mm > 0.0)) return bad("that a count is 0 nm");
     if (!(found.sample_rate_hz > 0.0)) return bad("that the sample clock is 0 Hz");
     if (found.path_window == 0) return bad("that a path window holds 0 points");
-    if (found.path_window > window_limit(map)) {
+    if (found.path_window > window_points(map)) {
         return bad("that a path window holds " + std::to_string(found.path_window) + " points; one write carries " +
-                   std::to_string(window_limit(map)));
+                   std::to_string(window_points(map)));
     }
     if (!((found.limit_max_mm - found.limit_min_mm).minCoeff() > 0.0)) return bad("that the travel limits are empty");
     return {};
 }
 
 }  // namespace
-
-core::Error error_of_result(std::uint16_t result) {
-    return core::Error{code_of_result(result), text_of_result(result), {}, core::Motion::not_concerned};
-}
 
 void encode(const RegisterMap& map, const CommandBlock& command, std::span<std::uint16_t> registers) {
     const auto& at = map.command;
@@ -245,7 +181,7 @@ void decode_samples(const RegisterMap& map, std::span<const std::uint16_t> regis
     }
 }
 
-std::size_t window_limit(const RegisterMap& map) noexcept {
+std::size_t window_points(const RegisterMap& map) noexcept {
     return (max_write - map.path.header) / map.path.point_length;
 }
 
@@ -266,15 +202,15 @@ core::Status check_point(const RegisterMap& map, const PathPoint& point, std::ui
     return {};
 }
 
-std::size_t encode_window(const RegisterMap& map, std::uint16_t path, std::uint32_t first_index,
-                          std::span<const PathPoint> points, bool last, double lsb_mm,
+std::size_t encode_window(const RegisterMap& map, const Window& from, double lsb_mm,
                           std::span<std::uint16_t> registers) {
     const auto& at = map.path;
+    const auto points = from.points;
     const std::size_t used = at.header + points.size() * at.point_length;
     const auto window = registers.first(used);
     std::fill(window.begin(), window.end(), std::uint16_t{0});
-    window[at.path] = path;
-    map.put_u32(window, at.first_index, first_index);
+    window[at.path] = from.path;
+    map.put_u32(window, at.first_index, from.first_index);
     window[at.count] = static_cast<std::uint16_t>(points.size());
     for (std::size_t k = 0; k < points.size(); ++k) {
         const auto out = window.subspan(at.header + k * at.point_length, at.point_length);
@@ -286,7 +222,7 @@ std::size_t encode_window(const RegisterMap& map, std::uint16_t path, std::uint3
             out[at.normal + static_cast<std::size_t>(axis)] = static_cast<std::uint16_t>(scaled);
         }
         out[at.speed] = static_cast<std::uint16_t>(std::lround(point.speed_mm_s / map.scale.speed_mm_s));
-        const bool is_last = last && k + 1 == points.size();
+        const bool is_last = from.last && k + 1 == points.size();
         out[at.flags] = static_cast<std::uint16_t>((point.record ? 1U : 0U) | (is_last ? 2U : 0U));
     }
     window[at.crc] = crc16(window, at.crc);

@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/modbus/sample_reader.hpp"
+#include "drivers/controller/sample_reader.hpp"
 
 #include <gtest/gtest.h>
 
+#include "drivers/modbus/blocks.hpp"
+
 namespace cmm::drivers::modbus {
 namespace {
+
+using controller::SampleReader;
+
+std::vector<core::Sample> decoded;  // of the last block: the reader hands out a part of it
 
 /// A sample block with the given numbers, x counts = number.
 struct Block {
@@ -25,9 +31,11 @@ struct Block {
         registers[map.fifo.crc] = crc16(
             std::span(registers).first(map.fifo.points + std::size_t{count} * map.fifo.point_length), map.fifo.crc);
     }
-    core::Result<std::span<const core::Sample>> into(SampleReader& reader) const {
+    core::Result<std::span<const core::Sample>> into(SampleReader& reader) {
         EXPECT_TRUE(check_fifo(map, registers));
-        return reader.take(map, registers, decode_fifo(map, registers), 42);
+        const FifoBlock block = decode_fifo(map, registers);
+        decode_samples(map, registers, block, decoded);
+        return reader.take(block, decoded, 42);
     }
     RegisterMap map;
     std::array<std::uint16_t, max_read> registers{};

@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/modbus/controller_session.hpp"
+#include "drivers/controller/session.hpp"
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
-namespace cmm::drivers::modbus {
+#include "core/rng.hpp"
+
+namespace cmm::drivers::controller {
 namespace {
 
 namespace asio = boost::asio;
-using Outcome = Transaction::Outcome;
+using Fate = Round::Fate;
 
 constexpr std::uint16_t command_running = 1;
 constexpr std::uint16_t command_failed = 3;
@@ -25,68 +28,37 @@ core::Motion motion_of(const StatusBlock& status) {
     return status.in_motion() ? core::Motion::may_be_moving : core::Motion::stopped;
 }
 
-Transaction status_request(const RegisterMap& map) {
-    Transaction request;
-    request.kind = Transaction::Kind::read;
-    request.read_address = map.status.address;
-    request.read_count = map.status.length;
-    request.check = &check_status;
-    return request;
-}
-
-core::Error refused_exchange(const Transaction& exchange) {
-    return core::Error{
-        core::ErrorCode::protocol_invalid,
-        "the controller refuses the sample exchange with exception " + std::to_string(exchange.exception),
-        {},
-        core::Motion::not_concerned};
-}
-
 }  // namespace
 
-ControllerSession::ControllerSession(const LinkSettings& settings, RegisterMap map, const DriverContext& context)
-    : link_(settings, std::move(map), context),
+Session::Session(std::unique_ptr<Port> port, double poll_ms, const DriverContext& context)
+    : port_(std::move(port)),
       clock_(context.clock),
-      poll_ms_(settings.poll_ms),
-      owner_(static_cast<std::uint32_t>(core::Rng::keyed(context.seed, 2, 0).below(0xFFFFFFFFU)) + 1U) {
-    const RegisterMap& layout = link_.map();
-    command_.kind = Transaction::Kind::write;
-    command_.write_address = layout.command.address;
-    command_.write_count = layout.command.length;
-    status_ = query_ = status_request(layout);
-    exchange_.kind = Transaction::Kind::exchange;
-    exchange_.write_address = layout.exchange.address;
-    exchange_.write_count = exchange_length;
-    exchange_.read_address = layout.fifo.address;
-    exchange_.read_count = layout.fifo.length;
-    exchange_.check = &check_fifo;
+      poll_ms_(poll_ms),
+      owner_(static_cast<std::uint32_t>(core::Rng::keyed(context.seed, 2, 0).below(0xFFFFFFFFU)) + 1U) {}
+
+asio::awaitable<void> Session::pause(double ms) {
+    co_await port_->pause(ms);
 }
 
-asio::awaitable<void> ControllerSession::pause(double ms) {
-    co_await link_.pause(ms);
-}
-
-asio::awaitable<core::Result<Capabilities>> ControllerSession::open() {
+asio::awaitable<core::Result<Capabilities>> Session::open() {
     begun_ = false;
-    auto found = co_await link_.open();
+    auto found = co_await port_->open();
     if (found) capabilities_ = *found;
     co_return found;
 }
 
-asio::awaitable<core::Result<StatusBlock>> ControllerSession::status() {
-    auto answered = co_await link_.transact(query_);
-    if (answered && query_.outcome == Outcome::exception) {
-        answered = core::fail(core::ErrorCode::protocol_mismatch,
-                              "the status registers are refused with exception " + std::to_string(query_.exception));
-    }
+asio::awaitable<core::Result<StatusBlock>> Session::status() {
+    Round question;
+    question.ask_status = true;
+    const auto answered = co_await port_->run(question);
     if (!answered) {
         const core::Error error = lost(answered.error());
         co_return tl::unexpected(error);
     }
-    co_return decode_status(map(), query_.reply());
+    co_return question.status;
 }
 
-asio::awaitable<core::Status> ControllerSession::prepare() {
+asio::awaitable<core::Status> Session::prepare() {
     if (!begun_) {
         co_return core::fail(core::ErrorCode::machine_refused, "no run has been begun on this machine",
                              core::Motion::not_concerned);
@@ -101,45 +73,48 @@ asio::awaitable<core::Status> ControllerSession::prepare() {
     co_return co_await claim(0.0);
 }
 
-asio::awaitable<core::Status> ControllerSession::claim(double patience_ms) {
-    const double give_up_ms = link_.now_ms() + patience_ms;
+asio::awaitable<core::Status> Session::claim(double patience_ms) {
+    const double give_up_ms = port_->now_ms() + patience_ms;
     const std::array<std::int32_t, 8> none{};
     for (;;) {
         const auto taken = co_await give(Opcode::claim, none);
         if (taken) co_return core::Status{};
-        const bool owned = command_.outcome == Outcome::ok && taken.error().code == core::ErrorCode::machine_refused;
-        if (!owned || link_.now_ms() >= give_up_ms) co_return tl::unexpected(taken.error());
+        const bool owned = round_.command_fate == Fate::done && taken.error().code == core::ErrorCode::machine_refused;
+        if (!owned || port_->now_ms() >= give_up_ms) co_return tl::unexpected(taken.error());
         co_await pause(claim_again_ms);
     }
 }
 
-asio::awaitable<core::Result<StatusBlock>> ControllerSession::give(Opcode opcode, std::array<std::int32_t, 8> args) {
+asio::awaitable<core::Result<StatusBlock>> Session::give(Opcode opcode, std::array<std::int32_t, 8> args) {
     const std::uint16_t previous = command_sequence_;
     ++command_sequence_;
     if (command_sequence_ == 0) ++command_sequence_;  // never used by the protocol
-    CommandBlock block;
-    block.sequence = command_sequence_;
-    block.opcode = opcode;
-    block.owner = owner_;
-    block.args = args;
-    encode(map(), block, command_.to_write());
-    Transaction* const batch[] = {&command_, &status_};
-    auto answered = co_await link_.transact(batch);
+    command_.sequence = command_sequence_;
+    command_.opcode = opcode;
+    command_.owner = owner_;
+    command_.args = args;
+    round_ = Round{};
+    round_.command = &command_;
+    round_.ask_status = true;
+    auto answered = co_await port_->run(round_);
     // A status from before the command, although the command was answered: the late reply to an earlier question, where
     // replies carry no number.
-    const bool stale = answered && command_.outcome == Outcome::ok && latest_status().command_sequence == previous;
-    if (stale) answered = co_await link_.transact(status_);
+    const bool stale = answered && round_.command_fate == Fate::done && latest_status().command_sequence == previous;
+    if (stale) {
+        round_.command = nullptr;
+        answered = co_await port_->run(round_);
+    }
     if (!answered) {
         const core::Error error = lost(answered.error());
         co_return tl::unexpected(error);
     }
     const StatusBlock taken = latest_status();
     core::Error error{core::ErrorCode::protocol_invalid, "", {}, motion_of(taken)};
-    if (command_.outcome == Outcome::exception) {
-        error.message = "the controller refuses the command block with exception " + std::to_string(command_.exception);
+    if (round_.command_fate != Fate::done) {
+        error.message = "the controller refuses the command block with " + round_.refusal;
         co_return tl::unexpected(error);
     }
-    if (taken.command_sequence != block.sequence) {
+    if (taken.command_sequence != command_.sequence) {
         error.code = core::ErrorCode::machine_refused;
         error.message = "another client gave the machine a command";
         co_return tl::unexpected(error);
@@ -148,14 +123,14 @@ asio::awaitable<core::Result<StatusBlock>> ControllerSession::give(Opcode opcode
     co_return taken;
 }
 
-std::optional<core::Error> ControllerSession::failure(const StatusBlock& status) {
+std::optional<core::Error> Session::failure(const StatusBlock& status) {
     if (status.command_state != command_failed) return std::nullopt;
     core::Error error = error_of_result(status.result);
     error.motion = motion_of(status);
     return error;
 }
 
-asio::awaitable<core::Result<StatusBlock>> ControllerSession::finish(StatusBlock status, SampleSink* sink) {
+asio::awaitable<core::Result<StatusBlock>> Session::finish(StatusBlock status, SampleSink* sink) {
     begin_motion();
     while (status.command_state == command_running && is_ours(status)) {
         co_await pause(poll_ms_);
@@ -175,48 +150,49 @@ asio::awaitable<core::Result<StatusBlock>> ControllerSession::finish(StatusBlock
     co_return status;
 }
 
-asio::awaitable<core::Result<FifoBlock>> ControllerSession::exchange(SampleSink* sink, PathFeed* feed,
-                                                                     bool with_status) {
-    Transaction* window = nullptr;
+asio::awaitable<core::Result<FifoBlock>> Session::exchange(SampleSink* sink, PathFeed* feed, bool with_status) {
+    const Window* window = nullptr;
     if (feed != nullptr) {
         auto next = feed->next_window();
         if (!next) co_return tl::unexpected(next.error());
         window = *next;
     }
     if (sink != nullptr) reader_.durable(sink->durable_sequence());
-    map().put_u32(exchange_.to_write(), map().exchange.ack_seq, reader_.acknowledge());
-    map().put_u32(exchange_.to_write(), map().exchange.from_seq, reader_.next_wanted());
-    std::array<Transaction*, 3> batch{};
-    std::size_t used = 0;
-    if (window != nullptr) batch[used++] = window;
-    batch[used++] = &exchange_;
-    if (with_status) batch[used++] = &status_;
-    const std::span<Transaction* const> wanted(batch.data(), used);
-    auto answered = co_await link_.transact(wanted);
-    if (answered && window != nullptr) answered = feed->settle();
+    round_.command = nullptr;
+    round_.window = window;
+    round_.wanted = Round::Wanted{reader_.acknowledge(), reader_.next_wanted()};
+    round_.ask_status = with_status;
+    auto answered = co_await port_->run(round_);
+    if (answered && window != nullptr) answered = feed->settle(round_);
     if (!answered) co_return tl::unexpected(answered.error());
-    if (exchange_.outcome == Outcome::exception) co_return tl::unexpected(refused_exchange(exchange_));
-    const FifoBlock block = decode_fifo(map(), exchange_.reply());
     if (sink != nullptr) {
-        auto delivered = deliver(block, *sink);
+        auto delivered = deliver(*sink);
         if (!delivered) co_return tl::unexpected(delivered.error());
     }
-    co_return block;
+    co_return round_.block;
 }
 
-core::Status ControllerSession::deliver(const FifoBlock& block, SampleSink& sink) {
+asio::awaitable<core::Status> Session::send_window(PathFeed& feed, const Window& window) {
+    round_ = Round{};
+    round_.window = &window;
+    const auto answered = co_await port_->run(round_);
+    if (!answered) co_return answered;
+    co_return feed.settle(round_);
+}
+
+core::Status Session::deliver(SampleSink& sink) {
     const std::uint64_t duplicates = reader_.duplicates();
-    const auto fresh = reader_.take(map(), exchange_.reply(), block, clock_.now().count());
+    const auto fresh = reader_.take(round_.block, round_.samples, clock_.now().count());
     if (!fresh) return tl::unexpected(fresh.error());
     if (reader_.duplicates() != duplicates) {
         const std::uint64_t again = reader_.duplicates() - duplicates;
-        link_.bus().count([again](LinkStats& stats) { stats.duplicate_samples += again; });
+        port_->count([again](LinkStats& stats) { stats.duplicate_samples += again; });
     }
     if (fresh->empty()) return {};
     return sink.on_samples(*fresh);
 }
 
-asio::awaitable<core::Status> ControllerSession::drain(SampleSink& sink) {
+asio::awaitable<core::Status> Session::drain(SampleSink& sink) {
     for (;;) {
         const auto block = co_await exchange(&sink, nullptr, false);
         if (!block) {
@@ -232,10 +208,10 @@ asio::awaitable<core::Status> ControllerSession::drain(SampleSink& sink) {
     }
 }
 
-asio::awaitable<core::Status> ControllerSession::settle(SampleSink& sink) {
+asio::awaitable<core::Status> Session::settle(SampleSink& sink) {
     auto flushed = sink.flush();
     if (!flushed) co_return flushed;
-    const double give_up_ms = link_.now_ms() + durable_patience_ms;
+    const double give_up_ms = port_->now_ms() + durable_patience_ms;
     const std::uint64_t last = reader_.last_delivered();
     for (;;) {
         const bool durable = sink.durable_sequence() >= last;
@@ -245,7 +221,7 @@ asio::awaitable<core::Status> ControllerSession::settle(SampleSink& sink) {
             co_return tl::unexpected(error);
         }
         if (durable) co_return core::Status{};
-        if (link_.now_ms() >= give_up_ms) {
+        if (port_->now_ms() >= give_up_ms) {
             co_return core::fail(core::ErrorCode::journal_io,
                                  "samples from " + std::to_string(sink.durable_sequence() + 1) + " to " +
                                      std::to_string(last) + " did not become durable within " +
@@ -255,17 +231,17 @@ asio::awaitable<core::Status> ControllerSession::settle(SampleSink& sink) {
     }
 }
 
-asio::awaitable<core::Error> ControllerSession::abandon(core::Error error) {
-    if (is_transport(error.code) || !link_.opened()) {
+asio::awaitable<core::Error> Session::abandon(core::Error error) {
+    if (is_transport(error.code) || !port_->opened()) {
         core::Error completed = lost(std::move(error));
         end_motion();
         co_return completed;
     }
     end_motion();
     error.motion = core::Motion::unknown;
-    link_.bus().stop(StopKind::controlled);
-    const double give_up_ms = link_.now_ms() + stop_patience_ms;
-    while (link_.now_ms() < give_up_ms) {
+    port_->stop(StopKind::controlled);
+    const double give_up_ms = port_->now_ms() + stop_patience_ms;
+    while (port_->now_ms() < give_up_ms) {
         const auto present = co_await status();
         if (!present) break;
         error.motion = motion_of(*present);
@@ -278,14 +254,14 @@ asio::awaitable<core::Error> ControllerSession::abandon(core::Error error) {
 }
 
 /// After a lost link the machine goes on until its watchdog stops it; whether it did cannot be seen from here.
-core::Error ControllerSession::lost(core::Error error) const {
+core::Error Session::lost(core::Error error) const {
     if (error.motion != core::Motion::not_concerned) return error;
-    const bool may_move = moving_ && link_.now_ms() - link_.last_answer_ms() < capabilities_.watchdog_ms;
+    const bool may_move = moving_ && port_->now_ms() - port_->last_answer_ms() < capabilities_.watchdog_ms;
     error.motion = may_move ? core::Motion::may_be_moving : core::Motion::unknown;
     return error;
 }
 
-asio::awaitable<core::Result<RunOrigin>> ControllerSession::begin(std::optional<RunOrigin> resume) {
+asio::awaitable<core::Result<RunOrigin>> Session::begin(std::optional<RunOrigin> resume) {
     begun_ = false;
     auto present = co_await status();
     if (!present) co_return tl::unexpected(present.error());
@@ -306,7 +282,7 @@ asio::awaitable<core::Result<RunOrigin>> ControllerSession::begin(std::optional<
     co_return origin;
 }
 
-core::Result<RunOrigin> ControllerSession::take_up(const StatusBlock& status, const std::optional<RunOrigin>& resume) {
+core::Result<RunOrigin> Session::take_up(const StatusBlock& status, const std::optional<RunOrigin>& resume) {
     RunOrigin origin = resume.value_or(RunOrigin{});
     const bool same_start = resume && resume->boot_id == capabilities_.boot_id;
     if (!same_start) {
@@ -327,7 +303,7 @@ core::Result<RunOrigin> ControllerSession::take_up(const StatusBlock& status, co
     return origin;
 }
 
-asio::awaitable<core::Status> ControllerSession::release() {
+asio::awaitable<core::Status> Session::release() {
     const std::array<std::int32_t, 8> none{};
     const auto released = co_await give(Opcode::release, none);
     begun_ = false;
@@ -335,4 +311,4 @@ asio::awaitable<core::Status> ControllerSession::release() {
     co_return core::Status{};
 }
 
-}  // namespace cmm::drivers::modbus
+}  // namespace cmm::drivers::controller

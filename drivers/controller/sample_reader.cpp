@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/modbus/sample_reader.hpp"
+#include "drivers/controller/sample_reader.hpp"
 
 #include <algorithm>
 #include <string>
 
-namespace cmm::drivers::modbus {
-
-SampleReader::SampleReader() {
-    samples_.reserve(max_read);
-}
+namespace cmm::drivers::controller {
 
 void SampleReader::begin(const RunOrigin& origin, std::uint32_t acknowledged) {
     origin_ = origin;
@@ -21,9 +17,8 @@ std::uint64_t SampleReader::run_sequence(std::uint32_t controller_sequence) cons
     return static_cast<std::uint64_t>(std::max<std::int64_t>(0, controller_sequence + origin_.sequence_shift));
 }
 
-core::Result<std::span<const core::Sample>> SampleReader::take(const RegisterMap& map,
-                                                               std::span<const std::uint16_t> registers,
-                                                               const FifoBlock& block, std::int64_t host_time_ns) {
+core::Result<std::span<const core::Sample>> SampleReader::take(const FifoBlock& block, std::span<core::Sample> samples,
+                                                               std::int64_t host_time_ns) {
     if (block.newest + 1 < next_) {
         return core::fail(core::ErrorCode::protocol_invalid,
                           "the controller's newest sample is " + std::to_string(block.newest) + ", but it has sent " +
@@ -36,10 +31,9 @@ core::Result<std::span<const core::Sample>> SampleReader::take(const RegisterMap
                                     std::to_string(run_sequence(block.first - 1)) + " are missing" +
                                     (block.overflow() ? ": the controller's FIFO ran full" : ""));
     }
-    decode_samples(map, registers, block, samples_);
-    const std::size_t known = std::min<std::size_t>(next_ - block.first, samples_.size());
+    const std::size_t known = std::min<std::size_t>(next_ - block.first, samples.size());
     duplicates_ += known;
-    const auto fresh = std::span(samples_).subspan(known);
+    const auto fresh = samples.subspan(known);
     for (core::Sample& sample : fresh) {
         sample.sequence = run_sequence(static_cast<std::uint32_t>(sample.sequence));
         sample.host_time_ns = host_time_ns;
@@ -54,4 +48,4 @@ void SampleReader::durable(std::uint64_t run_sequence) {
     if (number > static_cast<std::int64_t>(durable_)) durable_ = static_cast<std::uint32_t>(number);
 }
 
-}  // namespace cmm::drivers::modbus
+}  // namespace cmm::drivers::controller

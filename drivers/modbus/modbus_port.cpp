@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/modbus/controller_link.hpp"
+#include "drivers/modbus/modbus_port.hpp"
 
 #include <unistd.h>
 
@@ -30,7 +30,7 @@ BusOptions bus_options(const LinkSettings& settings, const RegisterMap& map) {
 
 }  // namespace
 
-ControllerLink::ControllerLink(const LinkSettings& settings, RegisterMap map, const DriverContext& context)
+ModbusPort::ModbusPort(const LinkSettings& settings, RegisterMap map, const DriverContext& context)
     : map_(std::move(map)),
       reconnect_ms_(settings.reconnect_ms),
       settings_timeout_ms_(settings.response_timeout_ms),
@@ -45,26 +45,41 @@ ControllerLink::ControllerLink(const LinkSettings& settings, RegisterMap map, co
     identity_.kind = Transaction::Kind::read;
     identity_.read_address = map_.identity.address;
     identity_.read_count = map_.identity.length;
+    command_.kind = Transaction::Kind::write;
+    command_.write_address = map_.command.address;
+    command_.write_count = map_.command.length;
+    window_.kind = Transaction::Kind::write;
+    window_.write_address = map_.path.address;
+    exchange_.kind = Transaction::Kind::exchange;
+    exchange_.write_address = map_.exchange.address;
+    exchange_.write_count = exchange_length;
+    exchange_.read_address = map_.fifo.address;
+    exchange_.read_count = map_.fifo.length;
+    exchange_.check = &check_fifo;
+    status_.kind = Transaction::Kind::read;
+    status_.read_address = map_.status.address;
+    status_.read_count = map_.status.length;
+    status_.check = &check_status;
     open_.reserve(8);
 }
 
-asio::awaitable<void> ControllerLink::acquire() {
+asio::awaitable<void> ModbusPort::acquire() {
     while (taken_)
         co_await turn_.async_wait(as_result);
     taken_ = true;
 }
 
-void ControllerLink::release() {
+void ModbusPort::release() {
     taken_ = false;
     turn_.cancel_one();
 }
 
-asio::awaitable<void> ControllerLink::job_done() {
+asio::awaitable<void> ModbusPort::job_done() {
     std::uint64_t count = 0;
     co_await done_.async_read_some(asio::buffer(&count, sizeof count), as_result);
 }
 
-asio::awaitable<void> ControllerLink::pause(double ms) {
+asio::awaitable<void> ModbusPort::pause(double ms) {
     asio::steady_timer timer(executor_);
     timer.expires_after(
         std::chrono::duration_cast<asio::steady_timer::duration>(std::chrono::duration<double, std::milli>(ms)));
@@ -73,13 +88,13 @@ asio::awaitable<void> ControllerLink::pause(double ms) {
 
 /// Two replies may get lost (and the link be renewed, or a late reply be waited for) before the controller's watchdog
 /// stops the machine.
-double ControllerLink::timeout_for(double watchdog_ms) const {
+double ModbusPort::timeout_for(double watchdog_ms) const {
     if (!(watchdog_ms > 0.0)) return settings_timeout_ms_;
     return std::min(settings_timeout_ms_, watchdog_ms / (bus_.overlaps() ? 3.0 : 5.0));
 }
 
 /// A slow line must carry the longest round (path window, samples, status) well within the watchdog time.
-core::Status ControllerLink::check_speed(double watchdog_ms) const {
+core::Status ModbusPort::check_speed(double watchdog_ms) const {
     constexpr std::size_t frames = 3 * (max_frame - max_pdu) + 40;  // of three requests and replies, and their heads
     const std::size_t registers = max_write + exchange_length + map_.fifo.length + std::size_t{map_.status.length};
     const double round_ms = bus_.wire_ms(2 * registers + frames);
@@ -91,7 +106,7 @@ core::Status ControllerLink::check_speed(double watchdog_ms) const {
                           std::to_string(static_cast<int>(watchdog_ms)) + " ms; raise the baud rate");
 }
 
-asio::awaitable<core::Result<Capabilities>> ControllerLink::open() {
+asio::awaitable<core::Result<Capabilities>> ModbusPort::open() {
     co_await acquire();
     opened_ = false;
     bus_.connect();
@@ -106,6 +121,7 @@ asio::awaitable<core::Result<Capabilities>> ControllerLink::open() {
         opened_ = true;
         link_number_ = bus_.link_number();
         boot_id_ = found->boot_id;
+        lsb_mm_ = found->lsb_mm;
         timeout_ms_ = timeout_for(found->watchdog_ms);
     }
     release();
@@ -113,7 +129,7 @@ asio::awaitable<core::Result<Capabilities>> ControllerLink::open() {
 }
 
 /// The bus is ours and connected.
-asio::awaitable<core::Result<Capabilities>> ControllerLink::read_identity() {
+asio::awaitable<core::Result<Capabilities>> ModbusPort::read_identity() {
     bus_.run(identity_batch_, settings_timeout_ms_);
     co_await job_done();
     switch (identity_.outcome) {
@@ -143,7 +159,7 @@ asio::awaitable<core::Result<Capabilities>> ControllerLink::read_identity() {
 }
 
 /// After a broken link, or one that the bus renewed to bring a stop through: the same controller must answer.
-asio::awaitable<core::Status> ControllerLink::verify() {
+asio::awaitable<core::Status> ModbusPort::verify() {
     bus_.count([](LinkStats& stats) { ++stats.reconnects; });
     const auto found = co_await read_identity();
     if (!found) co_return tl::unexpected(found.error());
@@ -156,7 +172,7 @@ asio::awaitable<core::Status> ControllerLink::verify() {
                                                              "): samples it had not yet delivered are lost");
 }
 
-asio::awaitable<core::Status> ControllerLink::attempt() {
+asio::awaitable<core::Status> ModbusPort::attempt() {
     if (!bus_.connected() || timeouts_in_row_ >= 2) {
         timeouts_in_row_ = 0;
         bus_.connect();
@@ -178,7 +194,7 @@ asio::awaitable<core::Status> ControllerLink::attempt() {
 }
 
 /// Takes the answered transactions off the list; the first that failed says why.
-core::Status ControllerLink::judge() {
+core::Status ModbusPort::judge() {
     core::Status status;
     std::size_t answered = 0;
     for (; answered < open_.size(); ++answered) {
@@ -213,34 +229,85 @@ core::Status ControllerLink::judge() {
     return core::fail(core::ErrorCode::transport_closed, "the connection to " + where_ + " broke");
 }
 
-asio::awaitable<core::Status> ControllerLink::transact(std::span<Transaction* const> batch) {
-    co_await acquire();
+/// Repeats the open transactions until each is answered.
+asio::awaitable<core::Status> ModbusPort::repeat() {
     core::Status status;
-    if (!opened_) {
-        status = core::fail(core::ErrorCode::transport_closed, "not connected to " + where_);
-        release();
-        co_return status;
-    }
-    open_.assign(batch.begin(), batch.end());
     double give_up_ms = 0.0;
     double backoff_ms = first_backoff_ms;
     for (;;) {
         status = co_await attempt();
-        if (status || !core::retryable(status.error().code)) break;
+        if (status || !core::retryable(status.error().code)) co_return status;
         const double now = now_ms();
         if (give_up_ms == 0.0) give_up_ms = now + reconnect_ms_;
-        if (now >= give_up_ms) break;
+        if (now >= give_up_ms) co_return status;
         bus_.count([](LinkStats& stats) { ++stats.retries; });
         co_await pause(backoff_ms * rng_.uniform(0.5, 1.0));
         backoff_ms = std::min(2.0 * backoff_ms, longest_backoff_ms);
+    }
+}
+
+asio::awaitable<core::Status> ModbusPort::run(controller::Round& round) {
+    co_await acquire();
+    core::Status status;
+    if (opened_) {
+        prepare(round);
+        status = co_await repeat();
+        if (status) status = settle(round);
+    } else {
+        status = core::fail(core::ErrorCode::transport_closed, "not connected to " + where_);
     }
     release();
     co_return status;
 }
 
-asio::awaitable<core::Status> ControllerLink::transact(Transaction& transaction) {
-    Transaction* const batch[] = {&transaction};
-    co_return co_await transact(batch);
+void ModbusPort::prepare(const controller::Round& round) {
+    open_.clear();
+    if (round.command != nullptr) {
+        encode(map_, *round.command, command_.to_write());
+        open_.push_back(&command_);
+    }
+    if (round.window != nullptr) {
+        window_.write_count = static_cast<std::uint16_t>(encode_window(map_, *round.window, lsb_mm_, window_.written));
+        open_.push_back(&window_);
+    }
+    if (round.wanted) {
+        map_.put_u32(exchange_.to_write(), map_.exchange.ack_seq, round.wanted->acknowledge);
+        map_.put_u32(exchange_.to_write(), map_.exchange.from_seq, round.wanted->from);
+        open_.push_back(&exchange_);
+    }
+    if (round.ask_status) open_.push_back(&status_);
+}
+
+/// Reads the answers into the round. Errors: protocol_*, when samples or status are refused.
+core::Status ModbusPort::settle(controller::Round& round) const {
+    const auto exception_of = [](const Transaction& asked) { return "exception " + std::to_string(asked.exception); };
+    const auto fate_of = [&](const Transaction& asked) {
+        if (asked.outcome == Outcome::ok) return controller::Round::Fate::done;
+        round.refusal = exception_of(asked);
+        const bool busy = asked.exception == exception_code::busy;
+        return busy ? controller::Round::Fate::busy : controller::Round::Fate::refused;
+    };
+    if (round.command != nullptr) round.command_fate = fate_of(command_);
+    if (round.window != nullptr) round.window_fate = fate_of(window_);
+    if (round.wanted) {
+        if (exchange_.outcome == Outcome::exception) {
+            return core::fail(core::ErrorCode::protocol_invalid,
+                              "the controller refuses the sample exchange with " + exception_of(exchange_));
+        }
+        round.block = decode_fifo(map_, exchange_.reply());
+        decode_samples(map_, exchange_.reply(), round.block, round.samples);
+    }
+    if (!round.ask_status) return {};
+    if (status_.outcome == Outcome::exception) {
+        return core::fail(core::ErrorCode::protocol_mismatch,
+                          "the status registers are refused with " + exception_of(status_));
+    }
+    round.status = decode_status(map_, status_.reply());
+    return {};
+}
+
+double ModbusPort::status_every_ms() const noexcept {
+    return bus_.overlaps() ? 20.0 : 200.0;  // on a slow line it costs the time of ten samples
 }
 
 }  // namespace cmm::drivers::modbus

@@ -1,46 +1,41 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/modbus/path_feed.hpp"
+#include "drivers/controller/path_feed.hpp"
 
+#include <algorithm>
 #include <string>
 
-#include "drivers/modbus/blocks.hpp"
+namespace cmm::drivers::controller {
 
-namespace cmm::drivers::modbus {
-
-PathFeed::PathFeed(const RegisterMap& map, const Capabilities& machine, std::uint16_t path, PathSource& source)
-    : map_(map),
+PathFeed::PathFeed(const Port& port, const Capabilities& machine, std::uint16_t path, PathSource& source)
+    : port_(port),
       lsb_mm_(machine.lsb_mm),
       capacity_(machine.path_capacity),
       path_(path),
       source_(source),
-      window_(machine.path_window) {
-    transaction_.kind = Transaction::Kind::write;
-    transaction_.write_address = map.path.address;
-}
+      points_(std::min(machine.path_window, port.window_limit())) {}
 
-core::Result<Transaction*> PathFeed::next_window() {
+core::Result<const Window*> PathFeed::next_window() {
     if (pending_ == 0 && !ended_) {
         if (auto filled = fill(); !filled) return tl::unexpected(filled.error());
     }
     const bool room = taken_ - passed_ + pending_ <= capacity_;
-    if (pending_ == 0 || refused_ || !room) return nullptr;
-    return &transaction_;
+    if (pending_ == 0 || refused_ || !room) return static_cast<const Window*>(nullptr);
+    return &window_;
 }
 
 core::Status PathFeed::fill() {
     bool last = false;
-    pending_ = source_.next(window_, last);
+    pending_ = source_.next(points_, last);
     for (std::size_t k = 0; k < pending_; ++k) {
-        if (auto fits = check_point(map_, window_[k], std::uint64_t{taken_} + k, lsb_mm_); !fits) return fits;
+        if (auto fits = port_.check_point(points_[k], std::uint64_t{taken_} + k, lsb_mm_); !fits) return fits;
     }
     if (last && pending_ == 0) {
         if (auto marked = add_end_mark(); !marked) return marked;
     }
     if (pending_ == 0) return {};
     ended_ = last;
-    last_point_ = window_[pending_ - 1];
-    transaction_.write_count = static_cast<std::uint16_t>(
-        encode_window(map_, path_, taken_, std::span(window_).first(pending_), last, lsb_mm_, transaction_.written));
+    last_point_ = points_[pending_ - 1];
+    window_ = {path_, taken_, std::span(points_).first(pending_), last};
     return {};
 }
 
@@ -48,25 +43,24 @@ core::Status PathFeed::fill() {
 /// more, unrecorded.
 core::Status PathFeed::add_end_mark() {
     if (taken_ == 0) return core::fail(core::ErrorCode::plan_invalid, "the path has no points");
-    window_[0] = last_point_;
-    window_[0].record = false;
+    points_[0] = last_point_;
+    points_[0].record = false;
     pending_ = 1;
     return {};
 }
 
-core::Status PathFeed::settle() {
-    if (transaction_.outcome == Transaction::Outcome::ok) {
+core::Status PathFeed::settle(const Round& round) {
+    if (round.window_fate == Round::Fate::done) {
         taken_ += static_cast<std::uint32_t>(pending_);
         pending_ = 0;
         return {};
     }
-    if (transaction_.exception == exception_code::busy) {
+    if (round.window_fate == Round::Fate::busy) {
         refused_ = true;
         return {};
     }
     return core::fail(core::ErrorCode::protocol_invalid, "the controller refuses path points from " +
-                                                             std::to_string(taken_) + " on with exception " +
-                                                             std::to_string(transaction_.exception));
+                                                             std::to_string(taken_) + " on with " + round.refusal);
 }
 
 void PathFeed::passed(std::uint32_t points) noexcept {
@@ -75,4 +69,4 @@ void PathFeed::passed(std::uint32_t points) noexcept {
     refused_ = false;
 }
 
-}  // namespace cmm::drivers::modbus
+}  // namespace cmm::drivers::controller

@@ -2,20 +2,22 @@
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
+#include <memory>
 #include <optional>
 
-#include "drivers/modbus/controller_link.hpp"
-#include "drivers/modbus/path_feed.hpp"
-#include "drivers/modbus/sample_reader.hpp"
+#include "drivers/controller/path_feed.hpp"
+#include "drivers/controller/port.hpp"
+#include "drivers/controller/sample_reader.hpp"
+#include "drivers/registry.hpp"
 
-namespace cmm::drivers::modbus {
+namespace cmm::drivers::controller {
 
 /// The protocol's conversations with one controller: ownership, commands and their fate, samples and their
 /// acknowledgement. What a motion consists of is the machine's business. Used on one executor, by one operation at a
 /// time but for status(). Errors carry what is known about the motion.
-class ControllerSession {
+class Session {
   public:
-    ControllerSession(const LinkSettings& settings, RegisterMap map, const DriverContext& context);
+    Session(std::unique_ptr<Port> port, double poll_ms, const DriverContext& context);
 
     boost::asio::awaitable<core::Result<Capabilities>> open();
     boost::asio::awaitable<core::Result<RunOrigin>> begin(std::optional<RunOrigin> resume);
@@ -26,6 +28,8 @@ class ControllerSession {
     boost::asio::awaitable<core::Status> prepare();
     /// Gives a command (after prepare()) and returns the status that shows it taken. Errors: the controller's refusal.
     boost::asio::awaitable<core::Result<StatusBlock>> give(Opcode opcode, std::array<std::int32_t, 8> args);
+    /// Sends path points until there is no room or the feed has none. Errors: those of the round and of the feed.
+    boost::asio::awaitable<core::Status> send_window(PathFeed& feed, const Window& window);
     /// Keeps the exchange going until the command given last has ended; samples go to the sink, if there is one.
     boost::asio::awaitable<core::Result<StatusBlock>> finish(StatusBlock status, SampleSink* sink);
     /// One FIFO exchange, a path window before it and a status after it when wanted; new samples go to the sink.
@@ -36,7 +40,7 @@ class ControllerSession {
     /// Whether the command given last is the one the status tells of.
     bool is_ours(const StatusBlock& status) const noexcept { return status.command_sequence == command_sequence_; }
     /// The status of the last exchange that had one.
-    StatusBlock latest_status() const { return decode_status(link_.map(), status_.reply()); }
+    const StatusBlock& latest_status() const noexcept { return round_.status; }
     /// Delivers everything the controller holds.
     boost::asio::awaitable<core::Status> drain(SampleSink& sink);
     /// Waits until everything delivered is durable and acknowledged.
@@ -50,18 +54,17 @@ class ControllerSession {
     const Capabilities& capabilities() const noexcept { return capabilities_; }
     const SampleReader& reader() const noexcept { return reader_; }
     std::uint32_t owner() const noexcept { return owner_; }
-    const RegisterMap& map() const noexcept { return link_.map(); }
-    ControllerLink& link() noexcept { return link_; }
-    const ControllerLink& link() const noexcept { return link_; }
+    Port& port() noexcept { return *port_; }
+    const Port& port() const noexcept { return *port_; }
     double poll_ms() const noexcept { return poll_ms_; }
 
   private:
     boost::asio::awaitable<core::Status> claim(double patience_ms);
-    core::Status deliver(const FifoBlock& block, SampleSink& sink);
+    core::Status deliver(SampleSink& sink);
     core::Error lost(core::Error error) const;
     core::Result<RunOrigin> take_up(const StatusBlock& status, const std::optional<RunOrigin>& resume);
 
-    ControllerLink link_;
+    std::unique_ptr<Port> port_;
     const core::Clock& clock_;
     double poll_ms_;
     std::uint32_t owner_;
@@ -70,7 +73,8 @@ class ControllerSession {
     bool moving_ = false;  // a motion command of ours is under way
     Capabilities capabilities_;
     SampleReader reader_;
-    Transaction command_, status_, query_, exchange_;
+    CommandBlock command_;
+    Round round_;  // of the operation under way; status() has its own
 };
 
-}  // namespace cmm::drivers::modbus
+}  // namespace cmm::drivers::controller

@@ -3,28 +3,26 @@
 
 #include <cstdint>
 #include <span>
-#include <vector>
 
 #include "core/error.hpp"
 #include "core/sample.hpp"
+#include "drivers/controller/port.hpp"
 #include "drivers/machine.hpp"
-#include "drivers/modbus/blocks.hpp"
 
-namespace cmm::drivers::modbus {
+namespace cmm::drivers::controller {
 
 /// Turns sample blocks into the samples of a run: each once, in order, numbered from 1, or an error. Knows which sample
 /// to ask for next and what may be acknowledged. Not thread-safe; no I/O.
 class SampleReader {
   public:
-    SampleReader();
     /// Begins (or takes up) a run. `acknowledged` is what the controller has given up already, in its own numbers.
     void begin(const RunOrigin& origin, std::uint32_t acknowledged);
     const RunOrigin& origin() const noexcept { return origin_; }
 
-    /// The samples of a checked block that are new, valid until the next call. Errors: protocol_invalid (a gap, numbers
-    /// that go back), machine_overflow (a gap after the controller's FIFO ran full).
-    core::Result<std::span<const core::Sample>> take(const RegisterMap& map, std::span<const std::uint16_t> registers,
-                                                     const FifoBlock& block, std::int64_t host_time_ns);
+    /// The samples of a checked block that are new, as part of `samples`, numbered within the run. Errors:
+    /// protocol_invalid (a gap, numbers that go back), machine_overflow (a gap after the controller's FIFO ran full).
+    core::Result<std::span<const core::Sample>> take(const FifoBlock& block, std::span<core::Sample> samples,
+                                                     std::int64_t host_time_ns);
     /// Samples seen so far may be acknowledged up to this number of the run.
     void durable(std::uint64_t run_sequence);
 
@@ -40,7 +38,6 @@ class SampleReader {
     std::uint32_t next_ = 1;
     std::uint32_t durable_ = 0;
     std::uint64_t duplicates_ = 0;
-    std::vector<core::Sample> samples_;
 };
 
-}  // namespace cmm::drivers::modbus
+}  // namespace cmm::drivers::controller

@@ -1,28 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "drivers/machine.hpp"
-#include "drivers/modbus/frame.hpp"
+#include "drivers/controller/port.hpp"
 
-namespace cmm::drivers::modbus {
+namespace cmm::drivers::controller {
 
 /// Cuts a path into windows and keeps account of what the controller has taken, so that it is always fed but never
 /// overfed. A window that was refused as busy, or whose reply was lost, is offered again unchanged. No I/O; not
 /// thread-safe.
 class PathFeed {
   public:
-    PathFeed(const RegisterMap& map, const Capabilities& machine, std::uint16_t path, PathSource& source);
+    PathFeed(const Port& port, const Capabilities& machine, std::uint16_t path, PathSource& source);
 
-    /// The next window as a transaction, or null when there is nothing to send now. Ask again only after settle().
-    /// Errors: plan_invalid (a point that does not fit the registers).
-    core::Result<Transaction*> next_window();
-    /// Reads the outcome of the window sent last. Errors: protocol_invalid (refused for another reason than busy).
-    core::Status settle();
+    /// The next window, or null when there is nothing to send now. Ask again only after settle().
+    /// Errors: plan_invalid (a point that the protocol has no number for).
+    core::Result<const Window*> next_window();
+    /// What became of the window sent last. Errors: protocol_invalid (refused for another reason than busy).
+    core::Status settle(const Round& round);
     /// At least so many points lie behind the probe.
     void passed(std::uint32_t points) noexcept;
 
@@ -38,19 +36,19 @@ class PathFeed {
     core::Status fill();
     core::Status add_end_mark();
 
-    const RegisterMap& map_;
+    const Port& port_;
     double lsb_mm_;
     std::size_t capacity_;
     std::uint16_t path_;
     PathSource& source_;
-    std::vector<PathPoint> window_;
+    std::vector<PathPoint> points_;
     std::size_t pending_ = 0;  // points in the window, not yet taken
     bool ended_ = false;       // the window (or one before it) holds the last point
     bool refused_ = false;     // busy since the last progress
     std::uint32_t taken_ = 0;
     std::uint32_t passed_ = 0;
     PathPoint last_point_;  // of the source, for an end that it notices late
-    Transaction transaction_;
+    Window window_;
 };
 
-}  // namespace cmm::drivers::modbus
+}  // namespace cmm::drivers::controller

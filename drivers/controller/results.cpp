@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+
+#include "drivers/controller/port.hpp"
+
+namespace cmm::drivers::controller {
+namespace {
+
+core::ErrorCode code_of_result(std::uint16_t result) {
+    switch (result) {
+        case 5:
+            return core::ErrorCode::machine_busy;
+        case 3:
+        case 4:
+        case 6:
+        case 7:
+        case 8:
+            return core::ErrorCode::machine_refused;
+        case 9:
+            return core::ErrorCode::machine_no_contact;
+        case 14:
+            return core::ErrorCode::machine_fault;
+        case 10:
+            return core::ErrorCode::machine_watchdog;
+        case 11:
+            return core::ErrorCode::machine_overflow;
+        case 12:
+            return core::ErrorCode::machine_emergency;
+        case 13:
+            return core::ErrorCode::cancelled;
+        default:
+            return core::ErrorCode::protocol_invalid;
+    }
+}
+
+std::string text_of_result(std::uint16_t result) {
+    switch (result) {
+        case 1:
+            return "the controller does not know the command";
+        case 3:
+            return "the controller refuses an argument";
+        case 4:
+            return "the controller refuses the command in its present state";
+        case 5:
+            return "another motion is under way";
+        case 6:
+            return "a position lies outside the travel limits";
+        case 7:
+            return "another client owns the machine";
+        case 8:
+            return "the controller finds the path invalid";
+        case 9:
+            return "no contact: the surface is not within the search distance";
+        case 10:
+            return "the controller heard nothing for its watchdog time and stopped";
+        case 11:
+            return "the controller's sample FIFO ran full and the path ended";
+        case 12:
+            return "emergency stop";
+        case 13:
+            return "stopped on request";
+        case 14:
+            return "collision: contact during free travel";
+        default:
+            return "the controller gave the unknown result code " + std::to_string(result);
+    }
+}
+
+}  // namespace
+
+core::Error error_of_result(std::uint16_t result) {
+    return core::Error{code_of_result(result), text_of_result(result), {}, core::Motion::not_concerned};
+}
+
+}  // namespace cmm::drivers::controller
