@@ -33,8 +33,12 @@ core::Result<sim::Listen> listen_on(const std::string& url) {
     } else if (endpoint->scheme == "modbus+rtu") {
         listen.kind = sim::Listen::Kind::modbus_rtu;
         listen.line = serial_line(*endpoint, drivers::Parity::even);
+    } else if (endpoint->scheme == "line+serial") {
+        listen.kind = sim::Listen::Kind::line_serial;
+        listen.line = serial_line(*endpoint, drivers::Parity::none);
     } else {
-        return core::fail(core::ErrorCode::usage, url + ": the simulator speaks modbus+tcp and modbus+rtu");
+        return core::fail(core::ErrorCode::usage,
+                          url + ": the simulator speaks modbus+tcp, modbus+rtu and line+serial");
     }
     return listen;
 }

@@ -61,7 +61,8 @@ class CommandLine {
         c->add_option("--machine", sim_.machine, "limits, speeds, sample clock (default: config/machines/sim.toml)");
         c->add_option("--map", sim_.map, "register map (default: config/maps/cmm-v1.toml)");
         c->add_option("--listen", sim_.listen,
-                      "modbus+tcp://127.0.0.1:1502 (port 0: a free one) or modbus+rtu:///dev/ttyS0, several times")
+                      "modbus+tcp://127.0.0.1:1502 (port 0: a free one), modbus+rtu:///dev/ttyS0 or "
+                      "line+serial:///dev/ttyS0, several times")
             ->required();
         c->add_option("--speed", sim_.speed, "times real time; 0 = as fast as it goes")
             ->check(CLI::NonNegativeNumber)

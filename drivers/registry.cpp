@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/text.hpp"
+#include "drivers/line/line_port.hpp"
 #include "drivers/modbus/modbus_machine.hpp"
 
 namespace cmm::drivers {
@@ -32,6 +33,8 @@ Registry standard_registry() {
     registry.add({"modbus+rtu", "the same on a serial line", &modbus::make_modbus_machine});
     registry.add({"modbus+rtu+tcp", "the same behind a gateway that passes RTU frames on unchanged",
                   &modbus::make_modbus_machine});
+    registry.add({"line+serial", "a controller that speaks text lines and sample frames (docs/protocol-line.md)",
+                  &line::make_line_machine});
     return registry;
 }
 

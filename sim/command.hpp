@@ -43,6 +43,9 @@ enum class CommandState : std::uint16_t { none, running, done, failed };
 
 enum class StopKind : std::uint16_t { controlled = 1, emergency = 2 };
 
+/// What the simulated controller can do: scans paths, touches, paths may be appended while scanned.
+inline constexpr std::uint16_t capability_bits = 1U | 2U | 8U;
+
 struct Command {
     std::uint16_t seq = 0;
     std::uint16_t opcode = 0;

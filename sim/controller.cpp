@@ -100,6 +100,11 @@ std::uint16_t Controller::flags() const {
                                       (moving ? 8U : 0U) | (owner_ != 0 ? 16U : 0U));
 }
 
+std::uint16_t Controller::sample_flags(std::uint16_t path, std::uint32_t next) const {
+    return static_cast<std::uint16_t>((overflowed_ ? 1U : 0U) | (fifo_.holds(next) ? 2U : 0U) |
+                                      (path_ended(path) ? 4U : 0U));
+}
+
 bool Controller::on_leg() const {
     return phase_ != Phase::rest && phase_ != Phase::dwell && phase_ != Phase::scan_wait;
 }

@@ -69,6 +69,8 @@ class Controller {
     /// Whether no more samples of this path will come.
     bool path_ended(std::uint16_t id) const { return id != path_.id() || path_ended_; }
     bool overflowed() const { return overflowed_; }
+    /// Of a block of samples of a path that ends before `next`: bit 0 samples were lost, 1 more wait, 2 the path ended.
+    std::uint16_t sample_flags(std::uint16_t path, std::uint32_t next) const;
     const ControllerOptions& options() const { return options_; }
 
   private:

@@ -11,7 +11,6 @@ namespace cmm::sim {
 namespace {
 
 constexpr std::uint16_t firmware = 1 * 256 + 0;
-constexpr std::uint16_t capabilities = 1U | 2U | 8U;  // scans paths, touches, paths may be appended
 
 std::uint16_t u16(double value) {
     return static_cast<std::uint16_t>(std::llround(value));
@@ -64,7 +63,7 @@ RegisterBank::Image RegisterBank::identity() const {
     out.put16(at.path_capacity, capped(machine.path_capacity));
     out.put16(at.path_window, capped(map_.path_window));
     out.put16(at.watchdog_ms, u16(machine.watchdog_ms));
-    out.put16(at.capabilities, capabilities);
+    out.put16(at.capabilities, capability_bits);
     out.put16(at.deflection_lsb_um, 1);
     for (int axis = 0; axis < 3; ++axis) {
         const auto place = static_cast<std::size_t>(2 * axis);
@@ -111,12 +110,6 @@ void RegisterBank::fill_status(std::span<std::uint16_t> to) const {
     out.put16(at.crc, block_crc(to, at.crc));
 }
 
-std::uint16_t RegisterBank::fifo_flags(std::uint16_t path, std::uint32_t next) const {
-    return static_cast<std::uint16_t>((controller_.overflowed() ? 1U : 0U) |
-                                      (controller_.fifo().holds(next) ? 2U : 0U) |
-                                      (controller_.path_ended(path) ? 4U : 0U));
-}
-
 void RegisterBank::fill_fifo(std::span<std::uint16_t> to) const {
     RegisterWriter out(to, map_.big_words);
     const RegisterMap::Fifo& at = map_.fifo;
@@ -143,7 +136,7 @@ void RegisterBank::fill_fifo(std::span<std::uint16_t> to) const {
     out.put32(at.first_seq, first);
     out.put32(at.newest_seq, fifo.newest());
     out.put16(at.count, static_cast<std::uint16_t>(next - first));
-    put(out, at.flags, fifo_flags(path, next));
+    put(out, at.flags, controller_.sample_flags(path, next));
     out.put48(at.time_us, static_cast<std::uint64_t>(next > first ? fifo.at(first).time_us : controller_.time_us()));
     out.put16(at.crc, block_crc(to.first(at.points + (next - first) * at.point_length), at.crc));
 }

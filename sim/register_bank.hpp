@@ -24,7 +24,6 @@ class RegisterBank final : public RegisterDevice {
     Image identity() const;
     void fill_status(std::span<std::uint16_t> to) const;
     void fill_fifo(std::span<std::uint16_t> to) const;
-    std::uint16_t fifo_flags(std::uint16_t path, std::uint32_t next) const;
     ModbusException write_command(std::span<const std::uint16_t> from);
     ModbusException write_stop(std::uint16_t kind);
     ModbusException write_path(std::span<const std::uint16_t> from);

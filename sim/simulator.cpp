@@ -9,6 +9,7 @@
 #include "core/clock.hpp"
 #include "core/rng.hpp"
 #include "sim/controller.hpp"
+#include "sim/line_protocol.hpp"
 #include "sim/modbus_wire.hpp"
 #include "sim/register_bank.hpp"
 #include "sim/truth_log.hpp"
@@ -68,6 +69,10 @@ core::Status Simulator::Parts::listen(const Listen& on) {
         if (port == 0) port = *bound;
         urls.push_back("modbus+tcp://" + on.address + ":" + std::to_string(*bound) + "?unit=1");
         return {};
+    }
+    if (on.kind == Listen::Kind::line_serial) {
+        urls.push_back("line+serial://" + on.line.path + "?" + line_options(on.line));
+        return server->open(on.line, [this] { return std::make_unique<LineProtocol>(*controller); });
     }
     urls.push_back("modbus+rtu://" + on.line.path + "?" + line_options(on.line) + "&unit=" + std::to_string(on.unit));
     return server->open(on.line, [this, unit = on.unit] { return std::make_unique<RtuProtocol>(*bank, unit); });

@@ -13,12 +13,12 @@ namespace cmm::sim {
 
 /// One way on which the simulated controller can be reached.
 struct Listen {
-    enum class Kind : std::uint8_t { modbus_tcp, modbus_rtu };
+    enum class Kind : std::uint8_t { modbus_tcp, modbus_rtu, line_serial };
     Kind kind = Kind::modbus_tcp;
     std::string address = "127.0.0.1";
     std::uint16_t port = 0;  ///< 0: any free one
     SerialLine line;         ///< of the serial kinds
-    std::uint8_t unit = 1;   ///< answered to on a serial line
+    std::uint8_t unit = 1;   ///< answered to on a Modbus line
 };
 
 struct SimulatorOptions {

@@ -76,6 +76,9 @@ struct Window {
     bool last = false;
 };
 
+/// Whether a point can be sent as 32-bit counts, a unit normal and 16 bits of speed. Errors: plan_invalid.
+core::Status check_point(const PathPoint& point, std::uint64_t index, double lsb_mm, double speed_step_mm_s);
+
 /// One turn of the conversation: what is wanted, and what came of it. Carried out in the order of the members.
 struct Round {
     enum class Fate : std::uint8_t { not_asked, done, busy, refused };

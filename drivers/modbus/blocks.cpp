@@ -185,23 +185,6 @@ std::size_t window_points(const RegisterMap& map) noexcept {
     return (max_write - map.path.header) / map.path.point_length;
 }
 
-core::Status check_point(const RegisterMap& map, const PathPoint& point, std::uint64_t index, double lsb_mm) {
-    const auto bad = [index](const std::string& what) {
-        return core::fail(core::ErrorCode::plan_invalid, "path point " + std::to_string(index) + ": " + what);
-    };
-    const double reach_mm = std::numeric_limits<std::int32_t>::max() * lsb_mm;
-    if (!(point.centre_mm.cwiseAbs().maxCoeff() < reach_mm))
-        return bad("the position is not a number of the controller");
-    if (!(std::abs(point.normal.norm() - 1.0) < 1e-3)) return bad("the normal is not a unit vector");
-    const double steps = point.speed_mm_s / map.scale.speed_mm_s;
-    if (!(steps >= 0.5 && steps <= 65535.0)) {
-        return bad("the speed " + core::fixed(point.speed_mm_s, 3) + " mm/s is not within " +
-                   core::fixed(map.scale.speed_mm_s, 3) + " to " + core::fixed(65535.0 * map.scale.speed_mm_s, 2) +
-                   " mm/s");
-    }
-    return {};
-}
-
 std::size_t encode_window(const RegisterMap& map, const Window& from, double lsb_mm,
                           std::span<std::uint16_t> registers) {
     const auto& at = map.path;

@@ -46,7 +46,4 @@ std::size_t encode_window(const RegisterMap& map, const Window& from, double lsb
                           std::span<std::uint16_t> registers);
 /// Points that fit into one write by the map, whatever the controller says.
 std::size_t window_points(const RegisterMap& map) noexcept;
-/// Errors: plan_invalid when a value does not fit the registers (position, normal, speed).
-core::Status check_point(const RegisterMap& map, const PathPoint& point, std::uint64_t index, double lsb_mm);
-
 }  // namespace cmm::drivers::modbus

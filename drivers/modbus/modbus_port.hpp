@@ -27,7 +27,7 @@ class ModbusPort final : public controller::Port {
     boost::asio::awaitable<void> pause(double ms) override;
     std::size_t window_limit() const noexcept override { return window_points(map_); }
     core::Status check_point(const PathPoint& point, std::uint64_t index, double lsb_mm) const override {
-        return modbus::check_point(map_, point, index, lsb_mm);
+        return controller::check_point(point, index, lsb_mm, map_.scale.speed_mm_s);
     }
     std::uint32_t unwrapped_passed(std::uint32_t value, std::uint32_t near) const noexcept override {
         return RegisterMap::unwrapped(map_.status.path_recorded, value, near);

@@ -46,7 +46,8 @@ TEST_P(Transports, TheDemoPartGivesTheSameFilesAsOverTcp) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Serial, Transports,
-                         testing::Values(Transport{"ModbusRtu", "modbus+rtu", "&baud=115200&parity=none&unit=5"}),
+                         testing::Values(Transport{"ModbusRtu", "modbus+rtu", "&baud=115200&parity=none&unit=5"},
+                                         Transport{"Line", "line+serial", "&baud=115200"}),
                          [](const auto& transport) { return transport.param.name; });
 
 }  // namespace

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <limits>
 #include <string>
 
+#include "core/text.hpp"
 #include "drivers/controller/port.hpp"
 
 namespace cmm::drivers::controller {
@@ -70,6 +73,22 @@ std::string text_of_result(std::uint16_t result) {
 
 core::Error error_of_result(std::uint16_t result) {
     return core::Error{code_of_result(result), text_of_result(result), {}, core::Motion::not_concerned};
+}
+
+core::Status check_point(const PathPoint& point, std::uint64_t index, double lsb_mm, double speed_step_mm_s) {
+    const auto bad = [index](const std::string& what) {
+        return core::fail(core::ErrorCode::plan_invalid, "path point " + std::to_string(index) + ": " + what);
+    };
+    const double reach_mm = std::numeric_limits<std::int32_t>::max() * lsb_mm;
+    if (!(point.centre_mm.cwiseAbs().maxCoeff() < reach_mm))
+        return bad("the position is not a number of the controller");
+    if (!(std::abs(point.normal.norm() - 1.0) < 1e-3)) return bad("the normal is not a unit vector");
+    const double steps = point.speed_mm_s / speed_step_mm_s;
+    if (!(steps >= 0.5 && steps <= 65535.0)) {
+        return bad("the speed " + core::fixed(point.speed_mm_s, 3) + " mm/s is not within " +
+                   core::fixed(speed_step_mm_s, 3) + " to " + core::fixed(65535.0 * speed_step_mm_s, 2) + " mm/s");
+    }
+    return {};
 }
 
 }  // namespace cmm::drivers::controller

@@ -1,0 +1,436 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/line/line_port.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <boost/asio/as_tuple.hpp>
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <chrono>
+#include <string>
+#include <thread>
+#include <utility>
+
+#include "core/rng.hpp"
+#include "drivers/controller/controller_machine.hpp"
+#include "drivers/line/line_codec.hpp"
+#include "drivers/line/line_messages.hpp"
+#include "drivers/line/serial_wire.hpp"
+
+namespace cmm::drivers::line {
+namespace {
+
+namespace asio = boost::asio;
+using controller::Round;
+using Steady = std::chrono::steady_clock;
+
+constexpr auto as_result = asio::as_tuple(asio::use_awaitable);
+constexpr double first_backoff_ms = 2.0;
+constexpr double longest_backoff_ms = 100.0;
+constexpr int attempts_per_link = 3;  // then the port is opened anew
+constexpr int stop_attempts = 4;
+constexpr double stop_reply_ms = 100.0;
+// A stop waits for the text being written: neither it nor a reply may keep the line for longer.
+constexpr double longest_on_line_ms = 60.0;
+constexpr std::size_t bytes_per_point = 55;
+constexpr std::size_t bytes_per_sample = 8;
+constexpr std::size_t longest_status = 260;
+constexpr std::string_view busy_code = "6";
+
+enum class Question : std::uint8_t { identity, command, window, samples, status };
+
+Steady::duration duration_of(double ms) {
+    return std::chrono::duration_cast<Steady::duration>(std::chrono::duration<double, std::milli>(ms));
+}
+
+/// As many as fit into the longest time on the line.
+std::size_t fitting(double byte_ms, std::size_t bytes_each, std::size_t most) {
+    const double room = longest_on_line_ms / (byte_ms * static_cast<double>(bytes_each));
+    return std::clamp<std::size_t>(static_cast<std::size_t>(room), 1, most);
+}
+
+}  // namespace
+
+/// Everything but the atomics belongs to the thread of `io_`.
+class LinePort::Impl {
+  public:
+    Impl(const LinkSettings& settings, const DriverContext& context)
+        : executor_(context.executor),
+          clock_(context.clock),
+          serial_(SerialSettings::of(settings.endpoint, Parity::none)),
+          settings_timeout_ms_(settings.response_timeout_ms),
+          timeout_ms_(settings.response_timeout_ms),
+          reconnect_ms_(settings.reconnect_ms),
+          rng_(core::Rng::keyed(context.seed, 1, 0)),
+          wire_(io_, serial_, log_, {[this](auto bytes) { take(bytes); }, [this] { reply_.cancel(); }}) {
+        thread_ = std::thread([this] { io_.run(); });
+    }
+    ~Impl() {
+        io_.stop();
+        thread_.join();
+    }
+    Impl(const Impl&) = delete;
+    Impl& operator=(const Impl&) = delete;
+
+    asio::awaitable<core::Result<Capabilities>> open();
+    asio::awaitable<core::Status> serve(Round& round);
+    void want_stop(int kind, Steady::time_point requested);
+    double now_ms() const { return core::seconds(clock_.now()) * 1e3; }
+
+    asio::any_io_executor executor_;
+    const core::Clock& clock_;
+    SerialSettings serial_;
+    LinkLog log_;
+    asio::io_context io_{1};
+    std::atomic<bool> opened_{false};
+    std::atomic<double> last_answer_ms_{0.0};
+
+  private:
+    asio::awaitable<void> acquire();
+    void release();
+    asio::awaitable<core::Result<Message>> ask(Question question, const Round& round);
+    asio::awaitable<core::Status> answer(Question question, Round& round);
+    asio::awaitable<core::Status> persist(Question question, Round& round);
+    asio::awaitable<core::Status> reopen();
+    asio::awaitable<core::Result<Capabilities>> read_identity();
+    asio::awaitable<void> serve_stop();
+    asio::awaitable<void> wait(double ms);
+    std::string wording(Question question, const Round& round);
+    std::size_t longest_reply(Question question) const;
+    core::Status settle(Question question, const Message& message, Round& round);
+    core::Status settle_refusal(Question question, const Message& message, Round& round);
+    core::Status check_boot(std::uint16_t boot_id);
+    void take(std::span<const std::uint8_t> bytes);
+    std::uint16_t next_tag() { return last_tag_ = static_cast<std::uint16_t>(last_tag_ % 65535U + 1U); }
+    std::size_t samples_per_frame() const { return fitting(serial_.byte_ms(), bytes_per_sample, 64); }
+
+    double settings_timeout_ms_, timeout_ms_, reconnect_ms_;
+    core::Rng rng_;
+    asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
+    asio::steady_timer turn_{io_, Steady::time_point::max()};
+    asio::steady_timer reply_{io_}, stop_reply_{io_};
+    bool taken_ = false;
+    Parser parser_;
+    std::vector<Message> arrived_;
+    std::uint16_t last_tag_ = 0, awaited_tag_ = 0, stop_tag_ = 0;
+    std::optional<Message> reply_message_;
+    std::uint16_t watchdog_ = 0;
+    double lsb_mm_ = 0.0;
+    std::uint32_t boot_id_ = 0;
+    int stop_wanted_ = 0;
+    bool stopping_ = false, stop_matters_ = false;
+    Steady::time_point stop_requested_{};
+    SerialWire wire_;
+    std::thread thread_;  // last: everything else exists when it starts
+};
+
+asio::awaitable<void> LinePort::Impl::acquire() {
+    while (taken_)
+        co_await turn_.async_wait(as_result);
+    taken_ = true;
+}
+
+void LinePort::Impl::release() {
+    taken_ = false;
+    turn_.cancel_one();
+}
+
+asio::awaitable<void> LinePort::Impl::wait(double ms) {
+    asio::steady_timer timer(io_);
+    timer.expires_after(duration_of(ms));
+    co_await timer.async_wait(as_result);
+}
+
+void LinePort::Impl::take(std::span<const std::uint8_t> bytes) {
+    arrived_.clear();
+    const std::uint64_t spoilt = parser_.spoilt();
+    parser_.feed(bytes, arrived_);
+    log_.count([spoilt = parser_.spoilt() - spoilt](LinkStats& stats) { stats.invalid += spoilt; });
+    for (Message& message : arrived_) {
+        if (awaited_tag_ != 0 && message.tag == awaited_tag_) {
+            reply_message_ = std::move(message);
+            awaited_tag_ = 0;
+            reply_.cancel();
+        } else if (stop_tag_ != 0 && message.tag == stop_tag_) {
+            stop_tag_ = 0;
+            stop_reply_.cancel();
+        } else {
+            log_.count([](LinkStats& stats) { ++stats.stale; });
+        }
+    }
+}
+
+std::string LinePort::Impl::wording(Question question, const Round& round) {
+    switch (question) {
+        case Question::identity:
+            return "ID";
+        case Question::command:
+            return command_body(*round.command);
+        case Question::window:
+            return window_body(*round.window, lsb_mm_);
+        case Question::samples:  // repeated or not, each must look alive to the controller
+            return "SA " + std::to_string(++watchdog_) + " " + std::to_string(round.wanted->acknowledge) + " " +
+                   std::to_string(round.wanted->from) + " " + std::to_string(samples_per_frame());
+        case Question::status:
+            return "ST";
+    }
+    return {};
+}
+
+std::size_t LinePort::Impl::longest_reply(Question question) const {
+    return question == Question::samples ? 64 + bytes_per_sample * samples_per_frame() : longest_status;
+}
+
+/// Asks and asks again under the same tag, so that a late answer is one too. Errors: transport_*.
+asio::awaitable<core::Result<Message>> LinePort::Impl::ask(Question question, const Round& round) {
+    const std::uint16_t tag = next_tag();
+    const auto started = Steady::now();
+    for (int attempt = 0; attempt < attempts_per_link && wire_.is_open(); ++attempt) {
+        if (attempt > 0) log_.count([](LinkStats& stats) { ++stats.retries; });
+        reply_message_.reset();
+        awaited_tag_ = tag;
+        wire_.send(command_line(tag, wording(question, round)), false);
+        reply_.expires_after(duration_of(timeout_ms_ + wire_.wire_ms(wire_.waiting() + longest_reply(question))));
+        co_await reply_.async_wait(as_result);
+        awaited_tag_ = 0;
+        if (reply_message_) {
+            const std::chrono::duration<double, std::micro> took = Steady::now() - started;
+            log_.count([us = took.count()](LinkStats& stats) { stats.add_round_trip(us); });
+            last_answer_ms_ = now_ms();
+            co_return std::move(*reply_message_);
+        }
+        if (wire_.is_open()) log_.count([](LinkStats& stats) { ++stats.timeouts; });
+        parser_.reset();
+    }
+    if (wire_.is_open()) {
+        wire_.close();
+        co_return core::fail(core::ErrorCode::transport_timeout,
+                             serial_.device + ": nobody answers (check wiring, baud and parity)");
+    }
+    log_.count([](LinkStats& stats) { ++stats.closed; });
+    co_return core::fail(core::ErrorCode::transport_closed, "the port " + serial_.device + " is gone");
+}
+
+core::Status LinePort::Impl::check_boot(std::uint16_t boot_id) {
+    if (boot_id == boot_id_) return {};
+    opened_ = false;
+    return core::fail(core::ErrorCode::machine_fault,
+                      "the controller at " + serial_.device + " was restarted (boot id " + std::to_string(boot_id_) +
+                          ", now " + std::to_string(boot_id) + "): samples it had not yet delivered are lost");
+}
+
+core::Status LinePort::Impl::settle_refusal(Question question, const Message& message, Round& round) {
+    round.refusal = "code " + message.text;
+    const auto fate = message.text == busy_code ? Round::Fate::busy : Round::Fate::refused;
+    if (question == Question::command) {
+        round.command_fate = fate;
+    } else if (question == Question::window) {
+        round.window_fate = fate;
+    } else {
+        return core::fail(core::ErrorCode::protocol_invalid, "the controller refuses a question with " + round.refusal);
+    }
+    return {};
+}
+
+core::Status LinePort::Impl::settle(Question question, const Message& message, Round& round) {
+    if (message.kind == Message::Kind::refusal) return settle_refusal(question, message, round);
+    const bool fits = (message.kind == Message::Kind::samples) == (question == Question::samples);
+    if (!fits) return core::fail(core::ErrorCode::protocol_invalid, "the answer is not of the kind that was asked for");
+    if (question == Question::samples) {
+        auto samples = decode_samples(message.payload);
+        if (!samples) return tl::unexpected(samples.error());
+        round.block = samples->block;
+        round.samples = std::move(samples->samples);
+        return check_boot(samples->boot_id);
+    }
+    if (question == Question::status) {
+        const auto status = decode_status(message.text);
+        if (!status) return tl::unexpected(status.error());
+        round.status = status->block;
+        return check_boot(status->boot_id);
+    }
+    (question == Question::command ? round.command_fate : round.window_fate) = Round::Fate::done;
+    return {};
+}
+
+asio::awaitable<core::Status> LinePort::Impl::answer(Question question, Round& round) {
+    if (!wire_.is_open()) {
+        const auto again = co_await reopen();
+        if (!again) co_return again;
+    }
+    const auto message = co_await ask(question, round);
+    if (!message) co_return tl::unexpected(message.error());
+    co_return settle(question, *message, round);
+}
+
+asio::awaitable<core::Result<Capabilities>> LinePort::Impl::read_identity() {
+    const Round nothing;
+    const auto message = co_await ask(Question::identity, nothing);
+    if (!message) co_return tl::unexpected(message.error());
+    auto found = message->kind == Message::Kind::answer
+                     ? decode_identity(message->text)
+                     : core::Result<Capabilities>(
+                           core::fail(core::ErrorCode::protocol_mismatch, "the device that answers does not know ID"));
+    if (!found) found.error().with_context("at " + serial_.device);
+    co_return found;
+}
+
+/// The port was lost, or answered no more: the same start of the same controller must answer.
+asio::awaitable<core::Status> LinePort::Impl::reopen() {
+    const std::string why = wire_.open();
+    if (!why.empty()) co_return core::fail(core::ErrorCode::transport_connect, why);
+    log_.count([](LinkStats& stats) { ++stats.reconnects; });
+    const auto found = co_await read_identity();
+    if (!found) co_return tl::unexpected(found.error());
+    co_return check_boot(static_cast<std::uint16_t>(found->boot_id));
+}
+
+asio::awaitable<core::Status> LinePort::Impl::persist(Question question, Round& round) {
+    double give_up_ms = 0.0;
+    double backoff_ms = first_backoff_ms;
+    for (;;) {
+        auto status = co_await answer(question, round);
+        if (status || !core::retryable(status.error().code)) co_return status;
+        const double now = now_ms();
+        if (give_up_ms == 0.0) give_up_ms = now + reconnect_ms_;
+        if (now >= give_up_ms) co_return status;
+        const double pause_ms = backoff_ms * rng_.uniform(0.5, 1.0);
+        co_await wait(pause_ms);
+        backoff_ms = std::min(2.0 * backoff_ms, longest_backoff_ms);
+    }
+}
+
+asio::awaitable<core::Status> LinePort::Impl::serve(Round& round) {
+    co_await acquire();
+    core::Status status;
+    if (!opened_) status = core::fail(core::ErrorCode::transport_closed, "not connected to " + serial_.device);
+    if (status && round.command != nullptr) status = co_await persist(Question::command, round);
+    if (status && round.window != nullptr) status = co_await persist(Question::window, round);
+    if (status && round.wanted) status = co_await persist(Question::samples, round);
+    if (status && round.ask_status) status = co_await persist(Question::status, round);
+    release();
+    co_return status;
+}
+
+asio::awaitable<core::Result<Capabilities>> LinePort::Impl::open() {
+    co_await acquire();
+    opened_ = false;
+    timeout_ms_ = settings_timeout_ms_;
+    const std::string why = wire_.open();
+    core::Result<Capabilities> found = core::fail(core::ErrorCode::transport_connect, why);
+    if (why.empty()) found = co_await read_identity();
+    if (found) {
+        opened_ = stop_matters_ = true;
+        boot_id_ = found->boot_id;
+        lsb_mm_ = found->lsb_mm;
+        // Two replies may get lost before the controller's watchdog stops the machine.
+        if (found->watchdog_ms > 0.0) timeout_ms_ = std::min(settings_timeout_ms_, found->watchdog_ms / 5.0);
+    }
+    release();
+    co_return found;
+}
+
+void LinePort::Impl::want_stop(int kind, Steady::time_point requested) {
+    if (!stop_matters_) return;  // before the first connection there is nobody to stop
+    stop_wanted_ = std::max(stop_wanted_, kind);
+    if (stopping_) {
+        stop_reply_.cancel();  // say it again, with what is wanted now
+        return;
+    }
+    stopping_ = true;
+    stop_requested_ = requested;
+    asio::co_spawn(io_, serve_stop(), asio::detached);
+}
+
+/// A few attempts are enough: a controller that cannot be reached stops by its watchdog.
+asio::awaitable<void> LinePort::Impl::serve_stop() {
+    for (int attempt = 0; attempt < stop_attempts && stop_wanted_ != 0; ++attempt) {
+        const int kind = stop_wanted_;
+        if (!wire_.is_open() && !wire_.open().empty()) break;
+        stop_tag_ = next_tag();
+        auto written = [this] {
+            const std::chrono::duration<double, std::micro> took = Steady::now() - stop_requested_;
+            log_.count([us = took.count()](LinkStats& stats) {
+                ++stats.stops;
+                stats.last_stop_us = us;
+            });
+        };
+        wire_.send(command_line(stop_tag_, "STOP " + std::to_string(kind)), true, written);
+        stop_reply_.expires_after(duration_of(stop_reply_ms + wire_.wire_ms(wire_.waiting() + longest_status)));
+        co_await stop_reply_.async_wait(as_result);
+        const bool answered = stop_tag_ == 0;
+        if (answered && stop_wanted_ == kind) stop_wanted_ = 0;
+    }
+    stop_wanted_ = 0;
+    stop_tag_ = 0;
+    stopping_ = false;
+}
+
+LinePort::LinePort(const LinkSettings& settings, const DriverContext& context)
+    : impl_(std::make_unique<Impl>(settings, context)) {}
+LinePort::~LinePort() = default;
+
+asio::awaitable<core::Result<Capabilities>> LinePort::open() {
+    auto work = impl_->open();
+    co_return co_await asio::co_spawn(impl_->io_, std::move(work), asio::use_awaitable);
+}
+
+asio::awaitable<core::Status> LinePort::run(Round& round) {
+    auto work = impl_->serve(round);
+    co_return co_await asio::co_spawn(impl_->io_, std::move(work), asio::use_awaitable);
+}
+
+asio::awaitable<void> LinePort::pause(double ms) {
+    asio::steady_timer timer(impl_->executor_);
+    timer.expires_after(duration_of(ms));
+    co_await timer.async_wait(as_result);
+}
+
+std::size_t LinePort::window_limit() const noexcept {
+    return fitting(impl_->serial_.byte_ms(), bytes_per_point, window_points);
+}
+core::Status LinePort::check_point(const PathPoint& point, std::uint64_t index, double lsb_mm) const {
+    return line::check_point(point, index, lsb_mm);
+}
+bool LinePort::opened() const noexcept {
+    return impl_->opened_;
+}
+double LinePort::now_ms() const noexcept {
+    return impl_->now_ms();
+}
+double LinePort::last_answer_ms() const noexcept {
+    return impl_->last_answer_ms_;
+}
+
+void LinePort::stop(StopKind kind) noexcept {
+    const int wanted = kind == StopKind::emergency ? 2 : 1;
+    const auto requested = Steady::now();
+    try {
+        asio::post(impl_->io_, [impl = impl_.get(), wanted, requested] { impl->want_stop(wanted, requested); });
+    } catch (...) {  // no memory for a message: the controller's watchdog is left
+    }
+}
+
+LinkStats LinePort::stats() const {
+    return impl_->log_.stats();
+}
+void LinePort::count(const std::function<void(LinkStats&)>& change) {
+    impl_->log_.count(change);
+}
+void LinePort::set_trace(std::function<void(std::string_view)> line) {
+    impl_->log_.set_trace(std::move(line));
+}
+
+core::Result<std::unique_ptr<Machine>> make_line_machine(const LinkSettings& settings, const DriverContext& context) {
+    if (settings.endpoint.word("pty", "no") == "yes") {
+        return core::fail(core::ErrorCode::usage,
+                          "endpoint \"" + settings.endpoint.text() + "\": pty=yes is for listeners; leave it out here");
+    }
+    return controller::make_controller_machine(std::make_unique<LinePort>(settings, context), settings.poll_ms,
+                                               context);
+}
+
+}  // namespace cmm::drivers::line
