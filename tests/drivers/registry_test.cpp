@@ -74,6 +74,11 @@ TEST(Registry, AddedDriversAreServed) {
 }
 
 TEST(MachineFile, TheExampleAndTheSimulatorsFileAreReadable) {
+    for (const char* file : {"config/machines/modbus-rtu.toml", "config/machines/line-serial.toml"}) {
+        const auto serial = load_link_settings(file);
+        ASSERT_TRUE(serial) << serial.error().text();
+        EXPECT_EQ(serial->endpoint.place(), "/dev/ttyUSB0");
+    }
     const auto example = load_link_settings("config/machines/modbus-tcp.toml");
     ASSERT_TRUE(example) << example.error().text();
     EXPECT_EQ(example->endpoint.scheme, "modbus+tcp");

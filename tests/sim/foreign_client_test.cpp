@@ -109,6 +109,15 @@ TEST(ForeignClient, PymodbusScansOverRtu) {
     EXPECT_NE(outcome.output.find("ok    nobody owns it"), std::string::npos) << outcome.output;
 }
 
+TEST(ForeignClient, PythonScansOverTheLineProtocolFromTheDocumentAlone) {
+    if (!have("python3")) GTEST_SKIP() << "python3 is not installed";
+    const cmm::test::SerialWire wire;
+    const ServedBar bar(line_at(wire.device()), ServedBar::Speaks::line);
+    const Outcome outcome = run("python3 tests/peers/line_scan.py " + wire.host() + " " + std::to_string(circle_mm));
+    EXPECT_EQ(outcome.code, 0) << outcome.output;
+    EXPECT_NE(outcome.output.find("ok    nobody owns it"), std::string::npos) << outcome.output;
+}
+
 TEST(ForeignClient, JsmodbusReadsInAPipeline) {
     if (!have("node")) GTEST_SKIP() << "node is not installed";
     const ServedBar bar;

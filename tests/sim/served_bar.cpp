@@ -8,6 +8,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "sim/line_protocol.hpp"
 #include "sim/modbus_wire.hpp"
 
 namespace cmm::sim::test {
@@ -44,10 +45,14 @@ ServedBar::ServedBar(double speed) : controller_(options_at(speed), clock_), ban
     serve();
 }
 
-ServedBar::ServedBar(const SerialLine& line)
+ServedBar::ServedBar(const SerialLine& line, Speaks speaks)
     : controller_(options_at(0.0), clock_), bank_(controller_, repository_map()) {
     server_ = new_server();
-    const auto opened = server_->open(line, [this] { return std::make_unique<RtuProtocol>(bank_, 1); });
+    const auto speak = [this, speaks]() -> std::unique_ptr<WireProtocol> {
+        if (speaks == Speaks::line) return std::make_unique<LineProtocol>(controller_);
+        return std::make_unique<RtuProtocol>(bank_, 1);
+    };
+    const auto opened = server_->open(line, speak);
     if (!opened) throw std::runtime_error(opened.error().text());
     serve();
 }

@@ -14,8 +14,9 @@ namespace cmm::sim::test {
 class ServedBar {
   public:
     explicit ServedBar(double speed = 0.0);
-    /// On a serial port, unit 1.
-    explicit ServedBar(const SerialLine& line);
+    enum class Speaks { modbus_rtu, line };
+    /// On a serial port; Modbus unit 1.
+    explicit ServedBar(const SerialLine& line, Speaks speaks = Speaks::modbus_rtu);
     ~ServedBar();
     std::uint16_t port() const { return port_; }
 
