@@ -30,7 +30,7 @@ using Steady = std::chrono::steady_clock;
 constexpr auto as_result = asio::as_tuple(asio::use_awaitable);
 constexpr double first_backoff_ms = 2.0;
 constexpr double longest_backoff_ms = 100.0;
-constexpr int attempts_per_link = 3;  // then the port is opened anew
+constexpr int attempts_per_link = 4;  // then the port is opened anew
 constexpr int stop_attempts = 4;
 constexpr double stop_reply_ms = 100.0;
 // A stop waits for the text being written: neither it nor a reply may keep the line for longer.
@@ -326,8 +326,9 @@ asio::awaitable<core::Result<Capabilities>> LinePort::Impl::open() {
         opened_ = stop_matters_ = true;
         boot_id_ = found->boot_id;
         lsb_mm_ = found->lsb_mm;
-        // Two replies may get lost before the controller's watchdog stops the machine.
-        if (found->watchdog_ms > 0.0) timeout_ms_ = std::min(settings_timeout_ms_, found->watchdog_ms / 5.0);
+        // Several replies may get lost before the controller's watchdog stops the machine. A question that is repeated
+        // too early does no harm: its answer carries the same tag.
+        if (found->watchdog_ms > 0.0) timeout_ms_ = std::min(settings_timeout_ms_, found->watchdog_ms / 10.0);
     }
     release();
     co_return found;

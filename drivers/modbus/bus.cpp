@@ -127,7 +127,7 @@ class Bus::Impl {
         if (transaction.outcome == Outcome::ok) await_reply(transaction, id, started + patience);
         const std::chrono::duration<double, std::micro> took = SteadyClock::now() - started;
         record(transaction.outcome, took.count());
-        recover(transaction.outcome, patience);
+        recover(transaction, patience);
     }
 
     /// Request and reply; the frame around either is at most as long as that of RTU.
@@ -136,10 +136,13 @@ class Bus::Impl {
         return link_->wire_ms(encode_pdu(transaction, pdu) + reply_size(transaction) + 6);
     }
 
-    void recover(Outcome outcome, SteadyClock::duration patience) {
+    void recover(const Transaction& transaction, SteadyClock::duration patience) {
+        const Outcome outcome = transaction.outcome;
         if (outcome == Outcome::closed) close_link();
         if (outcome == Outcome::invalid && link_->is_open() && !link_->resync()) close_link();
-        if (outcome == Outcome::timeout && !link_->overlaps()) late_until_ = SteadyClock::now() + patience;
+        // The reply to a write names its address: late or not, it passes for no other.
+        const bool mistakable = !link_->overlaps() && transaction.read_count > 0;
+        if (outcome == Outcome::timeout && mistakable) late_until_ = SteadyClock::now() + patience;
     }
 
     Outcome send(const Transaction& transaction, std::uint16_t id) {

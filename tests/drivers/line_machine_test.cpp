@@ -54,7 +54,7 @@ TEST(LineMachine, ANoisyLineCostsTimeAndNoSample) {
     const test::Workshop workshop;
     const auto simulator = workshop.start(0.0, line_on(wire.device()));
     ASSERT_NE(simulator, nullptr);
-    wire.set_faults(1e-4, 1e-4);
+    wire.set_faults(3e-5, 3e-5);
     LinkStats stats;
     EXPECT_EQ(scan_ring(line_url(wire.host()), 2000, &stats).size(), 2000U);
     EXPECT_GT(wire.spoilt(), 0U);
