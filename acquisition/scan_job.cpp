@@ -191,6 +191,11 @@ ScanJob::Step ScanJob::home() {
     auto now = co_await machine_.state();
     if (!now) co_return tl::unexpected(now.error());
     if (now->homed) co_return core::Status{};
+    // Nobody knows where the part is from here, and the way to the references may lead through it.
+    if (now->in_contact) {
+        co_return core::fail(core::ErrorCode::machine_position,
+                             "the probe touches something and the machine has no references", core::Motion::stopped);
+    }
     progress("homing");
     co_return co_await machine_.home();
 }

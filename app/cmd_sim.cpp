@@ -51,6 +51,8 @@ core::Result<sim::SimulatorOptions> simulator_options(const SimOptions& options)
     simulator.speed = options.speed;
     simulator.seed = options.seed;
     simulator.log_file = options.log;
+    simulator.fault_file = options.faults;
+    simulator.on_fault = [](const std::string& line) { std::fprintf(stderr, "%s\n", line.c_str()); };
     if (options.machine.empty() || options.map.empty()) {
         const auto folder = config_folder();
         if (!folder) return tl::unexpected(folder.error());

@@ -19,7 +19,7 @@ struct DemoOptions {
 int run_demo(const DemoOptions& options);
 
 struct SimOptions {
-    std::string part, machine, map, log;
+    std::string part, machine, map, log, faults;
     std::vector<std::string> listen;
     double speed = 1.0;
     std::uint64_t seed = 1;

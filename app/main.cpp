@@ -68,6 +68,7 @@ class CommandLine {
             ->check(CLI::NonNegativeNumber)
             ->capture_default_str();
         c->add_option("--seed", sim_.seed, "of noise and bad points")->capture_default_str();
+        c->add_option("--faults", sim_.faults, "fault plan: what breaks, and when (config/faults/)");
         c->add_option("--log", sim_.log, "the simulator's own record of every sample, with the truth, as CSV");
     }
 

@@ -28,6 +28,10 @@ std::string dotted(const std::string& path, std::string_view key) {
     return path.empty() ? std::string(key) : path + "." + std::string(key);
 }
 
+std::string element(const std::string& name, std::size_t index) {
+    return name + "[" + std::to_string(index) + "]";
+}
+
 std::string position(const std::string& name, const toml::source_region& source) {
     return name + ":" + std::to_string(source.begin.line) + ":" + std::to_string(source.begin.column);
 }
@@ -81,12 +85,28 @@ ConfigTable ConfigTable::table(std::string_view key) const {
     return ConfigTable(document_, sub, dotted(path_, key));
 }
 
+std::vector<ConfigTable> ConfigTable::tables(std::string_view key) const {
+    const auto* node = static_cast<const toml::node*>(find(key));
+    std::vector<ConfigTable> found;
+    if (node == nullptr) return found;
+    const auto* array = node->as_array();
+    const bool only_tables = array != nullptr && array->is_homogeneous(toml::node_type::table);
+    if (!only_tables) complain(key, "must be a list of tables [[" + dotted(path_, key) + "]]");
+    for (std::size_t i = 0; only_tables && i < array->size(); ++i)
+        found.push_back(ConfigTable(document_, array->get(i)->as_table(), element(dotted(path_, key), i)));
+    return found;
+}
+
 bool ConfigTable::has(std::string_view key) const {
     return node_ != nullptr && as_table(node_)->contains(key);
 }
 
 bool ConfigTable::has_table(std::string_view key) const {
     return has(key) && as_table(node_)->get(key)->is_table();
+}
+
+bool ConfigTable::is_list(std::string_view key) const {
+    return has(key) && as_table(node_)->get(key)->is_array();
 }
 
 double ConfigTable::number(std::string_view key, double fallback, Bounds bounds) const {
@@ -244,6 +264,12 @@ std::optional<std::string> unknown_key(const std::string& name, const toml::tabl
         }
         if (const auto* sub = node.as_table()) {
             if (auto found = unknown_key(name, *sub, full, known)) return found;
+        }
+        const auto* array = node.as_array();
+        for (std::size_t i = 0; array != nullptr && i < array->size(); ++i) {
+            const auto* sub = array->get(i)->as_table();
+            if (sub == nullptr) continue;
+            if (auto found = unknown_key(name, *sub, element(full, i), known)) return found;
         }
     }
     return std::nullopt;

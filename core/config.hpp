@@ -30,9 +30,13 @@ class ConfigTable {
 
     /// A sub-table; when absent, an empty one that gives every fallback.
     ConfigTable table(std::string_view key) const;
+    /// The tables of a list [[key]]; none when absent.
+    std::vector<ConfigTable> tables(std::string_view key) const;
     bool has(std::string_view key) const;
     /// Whether the key holds a table: for keys that may hold either that or a plain value.
     bool has_table(std::string_view key) const;
+    /// Whether the key holds a list.
+    bool is_list(std::string_view key) const;
 
     double number(std::string_view key, double fallback, Bounds bounds = {}) const;
     double required_number(std::string_view key, Bounds bounds = {}) const;

@@ -11,30 +11,35 @@ namespace cmm::core {
 
 /// What went wrong, by the layer that can do something about it. Text, advice and exit code hang on the code alone.
 enum class ErrorCode : std::uint8_t {
-    usage,               ///< the command line is wrong
-    config_syntax,       ///< a configuration file does not parse
-    config_invalid,      ///< it parses, a value or key in it does not hold
-    input_missing,       ///< a file is not there or not readable
-    input_invalid,       ///< a points, mesh or section file is broken
-    plan_invalid,        ///< the plan check refuses the path
-    fit_not_evaluable,   ///< the points do not determine the result
-    transport_connect,   ///< nobody answers at the endpoint
-    transport_timeout,   ///< a reply did not come in time
-    transport_closed,    ///< the link broke
-    protocol_mismatch,   ///< the peer is not what we expect (identity, map version)
-    protocol_invalid,    ///< a reply makes no sense (length, CRC, sequence)
-    machine_busy,        ///< a motion is under way; a second one is refused, never queued
-    machine_refused,     ///< the controller refuses the command in its present state
-    machine_fault,       ///< the controller stopped with a fault
-    machine_no_contact,  ///< nothing was there to touch, or the surface was lost
-    machine_overflow,    ///< its sample FIFO ran full; the path ended
-    machine_watchdog,    ///< it stopped because it did not hear from us
-    machine_emergency,   ///< the emergency stop is pressed
-    journal_io,          ///< the run file cannot be written or read
-    journal_full,        ///< the disk is full
-    journal_corrupt,     ///< the run file does not hold what it must
-    cancelled,           ///< stopped on request
-    internal,            ///< a broken invariant of ours
+    usage,                ///< the command line is wrong
+    config_syntax,        ///< a configuration file does not parse
+    config_invalid,       ///< it parses, a value or key in it does not hold
+    input_missing,        ///< a file is not there or not readable
+    input_invalid,        ///< a points, mesh or section file is broken
+    plan_invalid,         ///< the plan check refuses the path
+    fit_not_evaluable,    ///< the points do not determine the result
+    transport_connect,    ///< nobody answers at the endpoint
+    transport_timeout,    ///< a reply did not come in time
+    transport_closed,     ///< the link broke
+    protocol_mismatch,    ///< the peer is not what we expect (identity, map version)
+    protocol_invalid,     ///< a reply makes no sense (length, CRC, sequence)
+    machine_busy,         ///< a motion is under way; a second one is refused, never queued
+    machine_refused,      ///< the controller refuses the command in its present state
+    machine_fault,        ///< the controller stopped with a fault
+    machine_no_contact,   ///< nothing was there to touch, or the surface was lost
+    machine_overflow,     ///< its sample FIFO ran full; the path ended
+    machine_watchdog,     ///< it stopped because it did not hear from us
+    machine_emergency,    ///< the emergency stop is pressed
+    machine_limit,        ///< a position lies outside the travel
+    machine_door,         ///< a door or light curtain is open
+    machine_temperature,  ///< too warm or too cold to measure
+    machine_deflection,   ///< the probe was bent too far
+    machine_position,     ///< it does not know its position any more
+    journal_io,           ///< the run file cannot be written or read
+    journal_full,         ///< the disk is full
+    journal_corrupt,      ///< the run file does not hold what it must
+    cancelled,            ///< stopped on request
+    internal,             ///< a broken invariant of ours
 };
 
 /// What is known about the machine's motion when an operation ends with an error.

@@ -104,7 +104,7 @@ Status write_file(const std::string& path, std::string_view content) {
     const std::string beside = path + ".part";
     const auto failed = [&](int code) {
         ::unlink(beside.c_str());
-        return fail(code == ENOSPC || code == EDQUOT ? ErrorCode::journal_full : ErrorCode::journal_io,
+        return fail(code == ENOSPC || code == EDQUOT || code == EFBIG ? ErrorCode::journal_full : ErrorCode::journal_io,
                     path + ": cannot be written: " + std::strerror(code));
     };
     const int fd = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);

@@ -36,7 +36,11 @@ enum class ResultCode : std::uint16_t {
     overflow = 11,
     emergency = 12,
     stopped = 13,
-    collision = 14
+    collision = 14,
+    over_deflection = 15,
+    door = 16,
+    position_lost = 17,
+    temperature = 18
 };
 
 enum class CommandState : std::uint16_t { none, running, done, failed };

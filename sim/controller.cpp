@@ -13,13 +13,19 @@ namespace {
 
 constexpr auto beat = std::chrono::milliseconds(10);  // the document promises 20 ms
 
-MachineState state_after(ResultCode result) {
+}  // namespace
+
+MachineState state_after(ResultCode result) noexcept {
     switch (result) {
         case ResultCode::watchdog:
         case ResultCode::stopped:
+        case ResultCode::door:
+        case ResultCode::temperature:
             return MachineState::stopped;
         case ResultCode::overflow:
         case ResultCode::collision:
+        case ResultCode::over_deflection:
+        case ResultCode::position_lost:
             return MachineState::fault;
         case ResultCode::emergency:
             return MachineState::emergency;
@@ -27,8 +33,6 @@ MachineState state_after(ResultCode result) {
             return MachineState::idle;
     }
 }
-
-}  // namespace
 
 Controller::Controller(ControllerOptions options, const core::Clock& clock)
     : options_(std::move(options)),
@@ -192,7 +196,9 @@ void Controller::stop(StopKind kind) {
 
 void Controller::on_event() {
     const MachineSettings& machine = options_.machine;
+    const bool touching = in_contact_;
     if (on_leg() && phase_ != Phase::scan_follow) end_leg();
+    if (phase_ == Phase::braking) in_contact_ = touching;  // along a path it stays on the part
     switch (phase_) {
         case Phase::touch_search:
             return on_touch_end();

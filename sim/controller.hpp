@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -19,6 +20,9 @@
 #include "sim/surface.hpp"
 
 namespace cmm::sim {
+
+/// The state in which a motion that ended with this result leaves the machine.
+MachineState state_after(ResultCode result) noexcept;
 
 /// What the simulator knows about a sample and a real controller does not.
 struct SampleTruth {
@@ -62,7 +66,9 @@ class Controller {
     std::uint16_t heartbeat() const { return heartbeat_; }
     std::uint32_t owner() const { return owner_; }
     Eigen::Vector3d position_mm() const;
-    std::int64_t time_us() const { return static_cast<std::int64_t>(now_s_ * 1e6); }
+    std::int64_t time_us() const { return time_at_us(now_s_); }
+    double machine_time_s() const { return now_s_; }
+    bool at_rest() const { return !in_motion(); }
     const SampleFifo& fifo() const { return fifo_; }
     const ScanPath& path() const { return path_; }
     std::uint32_t path_passed() const { return path_passed_; }
@@ -72,6 +78,28 @@ class Controller {
     /// Of a block of samples of a path that ends before `next`: bit 0 samples were lost, 1 more wait, 2 the path ended.
     std::uint16_t sample_flags(std::uint16_t path, std::uint32_t next) const;
     const ControllerOptions& options() const { return options_; }
+
+    // controller_faults.cpp: what a fault plan does to the machine
+    /// Ends what is under way as the controller would for this reason; the emergency stop stays pressed, a door open,
+    /// a temperature out of range until `restore`.
+    void break_down(ResultCode reason);
+    /// The cause is gone; the state stays until CLEAR_FAULT. A machine that lost its position was led clear of the
+    /// part.
+    void restore(ResultCode reason);
+    /// Switched off and on: position kept, references, samples, path and owner forgotten.
+    void restart(std::uint16_t boot_id);
+    void jump_clock(double seconds) { clock_jump_us_ += std::llround(seconds * 1e6); }
+    /// From now on the part lies elsewhere.
+    void shift_part(const Eigen::Vector3d& by_mm);
+    /// Of the points to come: so many without contact, so many with dirt under the ball.
+    void lift_off(int points, double by_mm);
+    void soil(int points, double height_mm);
+    /// Positions run away along x, machine time; 0 ends it where it is.
+    void drift(double mm_per_s);
+    /// The next requests are refused with this code.
+    void refuse_next(std::uint8_t code, int times);
+    /// The code that the present request is refused with; 0: none.
+    std::uint8_t take_refusal();
 
   private:
     /// What the machine is doing; each phase ends at `event_s_`.
@@ -122,6 +150,8 @@ class Controller {
     void brake(ResultCode reason);
     void finish(ResultCode result);
     void set_values(const std::array<std::int32_t, 4>& values);
+    std::int64_t time_at_us(double at_s) const { return static_cast<std::int64_t>(at_s * 1e6) + clock_jump_us_; }
+    double drifted_mm() const { return drift_mm_ + drift_mm_s_ * (now_s_ - drift_from_s_); }
 
     // controller_commands.cpp
     ResultCode execute(const Command& command);
@@ -184,6 +214,14 @@ class Controller {
     std::uint32_t touches_ = 0;
     double path_recorded_ = 0.0;  // points of this path so far, and those of them at edges
     double path_edges_ = 0.0;
+
+    ResultCode blocked_ = ResultCode::ok;  // a door or a temperature keeps the machine at rest
+    std::int64_t clock_jump_us_ = 0;
+    int lifted_points_ = 0, dirty_points_ = 0;
+    double lift_mm_ = 0.0, dirt_mm_ = 0.0;
+    double drift_mm_ = 0.0, drift_mm_s_ = 0.0, drift_from_s_ = 0.0;
+    std::uint8_t refusal_ = 0;
+    int refusals_left_ = 0;
 };
 
 }  // namespace cmm::sim

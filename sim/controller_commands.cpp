@@ -82,6 +82,7 @@ ResultCode Controller::claim(std::uint32_t owner) {
 
 ResultCode Controller::clear_fault(bool release_emergency) {
     if (emergency_pressed_ && !release_emergency) return ResultCode::refused;
+    if (blocked_ != ResultCode::ok) return blocked_;
     emergency_pressed_ = false;
     overflowed_ = false;
     state_ = MachineState::idle;
@@ -98,6 +99,7 @@ ResultCode Controller::path_begin(std::int32_t id) {
     path_passed_ = 0;
     path_recorded_ = path_edges_ = 0.0;
     path_used_ = path_ended_ = overflowed_ = false;
+    lifted_points_ = 0;
     return ResultCode::ok;
 }
 

@@ -64,6 +64,10 @@ Controller::Footing Controller::footing(std::uint32_t index) {
                                   options_.part.ball_radius_mm, warm_);
     // Without contact the servo has gone to the end of its search.
     if (!ball) return {point.position - search_mm_ * normal, normal, false};
+    if (lifted_points_ > 0) {
+        --lifted_points_;
+        return {ball->centre + lift_mm_ * ball->normal, ball->normal, false};
+    }
     return {ball->centre, ball->normal, true};
 }
 
@@ -148,11 +152,14 @@ bool Controller::record(const Footing& at, std::int64_t index, std::uint16_t qua
         const ProbeError error = draw_error(index, turning_per_mm);
         truth.noise_mm = error.noise_mm;
         truth.bad_mm = error.bad_mm;
+        if (dirty_points_ > 0) truth.bad_mm += dirt_mm_;
+        dirty_points_ -= dirty_points_ > 0 ? 1 : 0;
     }
-    const Eigen::Vector3d measured = at.centre + (truth.noise_mm + truth.bad_mm) * at.normal;
+    const Eigen::Vector3d measured =
+        at.centre + (truth.noise_mm + truth.bad_mm) * at.normal + drifted_mm() * Eigen::Vector3d::UnitX();
     FifoSample& sample = truth.sample;
     sample.path = path_.id();
-    sample.time_us = std::llround(now_s_ * 1e6);
+    sample.time_us = std::llround(now_s_ * 1e6) + clock_jump_us_;
     for (int axis = 0; axis < 3; ++axis)
         sample.counts[static_cast<std::size_t>(axis)] = core::counts_from_mm(measured[axis], options_.machine.lsb_mm);
     sample.quality = quality_bits;

@@ -67,8 +67,11 @@ WireProtocol::Progress LineProtocol::answer(std::span<const std::uint8_t> in, co
 }
 
 void LineProtocol::carry_out(const LineCommand& command, std::vector<std::uint8_t>& out) {
-    if (command.verb == "SA" && exchange(command, out)) return;
-    const Outcome outcome = command.verb == "SA" ? Outcome{'!', bad_value} : reply_to(command);
+    const std::uint8_t refusal = controller_.take_refusal();
+    if (refusal == 0 && command.verb == "SA" && exchange(command, out)) return;
+    const Outcome outcome = refusal != 0           ? Outcome{'!', std::to_string(refusal)}
+                            : command.verb == "SA" ? Outcome{'!', bad_value}
+                                                   : reply_to(command);
     const std::string reply = line_reply(outcome.mark, command.tag, outcome.text);
     out.insert(out.end(), reply.begin(), reply.end());
 }

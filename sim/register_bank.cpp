@@ -39,7 +39,6 @@ void put(RegisterWriter& out, const RegisterMap::Place& place, std::uint32_t val
 RegisterBank::RegisterBank(Controller& controller, const RegisterMap& map)
     : controller_(controller),
       map_(map),
-      identity_(identity()),
       command_(map.command.length),
       stop_(map.stop.length),
       path_(map.path.length),
@@ -122,7 +121,7 @@ void RegisterBank::fill_fifo(std::span<std::uint16_t> to) const {
     for (std::size_t i = 0; i < map_.fifo_window && fifo.holds(next); ++i, ++next) {
         const FifoSample& sample = fifo.at(next);
         const std::int64_t since = (sample.time_us - fifo.at(first).time_us) / map_.dt_us;
-        if (sample.path != path || since - units > 65535) break;
+        if (sample.path != path || since < units || since - units > 65535) break;
         const std::size_t place = at.points + i * at.point_length;
         for (std::size_t axis = 0; axis < 3; ++axis)
             out.put32(place + at.position + 2 * axis, static_cast<std::uint32_t>(sample.counts[axis]));
@@ -142,6 +141,7 @@ void RegisterBank::fill_fifo(std::span<std::uint16_t> to) const {
 }
 
 ModbusException RegisterBank::read(std::size_t address, std::span<std::uint16_t> to) {
+    if (const std::uint8_t refusal = controller_.take_refusal(); refusal != 0) return ModbusException{refusal};
     const auto copy = [&](const RegisterMap::Block& block, const Image& image) {
         const auto from = part_of(image, address - block.address, to.size());
         std::copy(from.begin(), from.end(), to.begin());
@@ -157,7 +157,7 @@ ModbusException RegisterBank::read(std::size_t address, std::span<std::uint16_t>
         fill_status(image);
         return copy(map_.status, image);
     }
-    if (map_.identity.holds(address, to.size())) return copy(map_.identity, identity_);
+    if (map_.identity.holds(address, to.size())) return copy(map_.identity, identity());
     if (map_.command.holds(address, to.size())) return copy(map_.command, command_);
     if (map_.stop.holds(address, to.size())) return copy(map_.stop, stop_);
     if (map_.path.holds(address, to.size())) return copy(map_.path, path_);
@@ -166,6 +166,7 @@ ModbusException RegisterBank::read(std::size_t address, std::span<std::uint16_t>
 }
 
 ModbusException RegisterBank::write(std::size_t address, std::span<const std::uint16_t> from) {
+    if (const std::uint8_t refusal = controller_.take_refusal(); refusal != 0) return ModbusException{refusal};
     if (map_.exchange.holds(address, from.size())) return write_exchange(address - map_.exchange.address, from);
     if (map_.command.holds(address, from.size()))
         return from.size() == map_.command.length ? write_command(from) : ModbusException::illegal_value;

@@ -32,7 +32,7 @@ class RegisterBank final : public RegisterDevice {
 
     Controller& controller_;
     RegisterMap map_;
-    Image identity_, command_, stop_, path_, exchange_;  // as last written
+    Image command_, stop_, path_, exchange_;  // as last written
 };
 
 }  // namespace cmm::sim

@@ -9,6 +9,8 @@
 #include "core/clock.hpp"
 #include "core/rng.hpp"
 #include "sim/controller.hpp"
+#include "sim/fault_play.hpp"
+#include "sim/faulty_wire.hpp"
 #include "sim/line_protocol.hpp"
 #include "sim/modbus_wire.hpp"
 #include "sim/register_bank.hpp"
@@ -42,6 +44,7 @@ struct Simulator::Parts {
     std::unique_ptr<TruthLog> log;
     std::unique_ptr<Controller> controller;
     std::unique_ptr<RegisterBank> bank;
+    std::unique_ptr<FaultPlay> faults;  // nullptr: nothing breaks
     std::unique_ptr<WireServer> server;
     std::uint16_t port = 0;
     std::vector<std::string> urls;
@@ -50,6 +53,7 @@ struct Simulator::Parts {
 
     void serve() {
         server->run([this] {
+            if (faults) faults->step();
             const bool more = controller->step();
             if (log) log->flush_if_due(clock.now());
             if (more) return 0;
@@ -57,14 +61,38 @@ struct Simulator::Parts {
         });
     }
 
+    void record(const SampleTruth& truth) {
+        if (log) log->write(truth, controller->options().boot_id);
+        if (faults) faults->count_sample();
+    }
+
+    std::unique_ptr<WireProtocol> speak(FaultyWire::Kind kind, std::unique_ptr<WireProtocol> protocol) {
+        if (!faults) return protocol;
+        return std::make_unique<FaultyWire>(kind, std::move(protocol), *faults);
+    }
+
     /// Errors: those of the server.
     core::Status listen(const Listen& on);
+    /// Errors: those of the plan.
+    core::Status load_faults();
 };
+
+core::Status Simulator::Parts::load_faults() {
+    if (options.fault_file.empty()) return {};
+    const auto plan = load_fault_plan(options.fault_file);
+    if (!plan) return tl::unexpected(plan.error());
+    auto tell = [this](const std::string& line) {
+        if (options.on_fault) options.on_fault(line);
+    };
+    faults = std::make_unique<FaultPlay>(*plan, options.seed, *controller, clock, std::move(tell));
+    return {};
+}
 
 core::Status Simulator::Parts::listen(const Listen& on) {
     if (on.kind == Listen::Kind::modbus_tcp) {
-        const auto bound =
-            server->listen(on.address, on.port, [this] { return std::make_unique<MbapProtocol>(*bank); });
+        const auto bound = server->listen(on.address, on.port, [this] {
+            return speak(FaultyWire::Kind::tcp, std::make_unique<MbapProtocol>(*bank));
+        });
         if (!bound) return tl::unexpected(bound.error());
         if (port == 0) port = *bound;
         urls.push_back("modbus+tcp://" + on.address + ":" + std::to_string(*bound) + "?unit=1");
@@ -72,10 +100,13 @@ core::Status Simulator::Parts::listen(const Listen& on) {
     }
     if (on.kind == Listen::Kind::line_serial) {
         urls.push_back("line+serial://" + on.line.path + "?" + line_options(on.line));
-        return server->open(on.line, [this] { return std::make_unique<LineProtocol>(*controller); });
+        return server->open(
+            on.line, [this] { return speak(FaultyWire::Kind::line, std::make_unique<LineProtocol>(*controller)); });
     }
     urls.push_back("modbus+rtu://" + on.line.path + "?" + line_options(on.line) + "&unit=" + std::to_string(on.unit));
-    return server->open(on.line, [this, unit = on.unit] { return std::make_unique<RtuProtocol>(*bank, unit); });
+    return server->open(on.line, [this, unit = on.unit] {
+        return speak(FaultyWire::Kind::rtu, std::make_unique<RtuProtocol>(*bank, unit));
+    });
 }
 
 Simulator::Simulator(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {
@@ -98,16 +129,17 @@ core::Result<std::unique_ptr<Simulator>> Simulator::start(const SimulatorOptions
     if (map->count_mm > 0.0) machine->lsb_mm = map->count_mm;
     auto part = load_part(options.part_file);
     if (!part) return tl::unexpected(part.error());
-    const std::uint16_t boot_id = new_boot_id(parts->clock);
-    ControllerOptions controller{std::move(*machine), std::move(*part), options.speed, options.seed, boot_id, {}};
+    ControllerOptions controller{std::move(*machine), std::move(*part),          options.speed,
+                                 options.seed,        new_boot_id(parts->clock), {}};
     if (!options.log_file.empty()) {
-        auto log = TruthLog::open(options.log_file, boot_id);
+        auto log = TruthLog::open(options.log_file);
         if (!log) return tl::unexpected(log.error());
         parts->log = std::move(*log);
-        controller.on_sample = [log_ptr = parts->log.get()](const SampleTruth& truth) { log_ptr->write(truth); };
     }
+    controller.on_sample = [at = parts.get()](const SampleTruth& truth) { at->record(truth); };
     parts->controller = std::make_unique<Controller>(std::move(controller), parts->clock);
     parts->bank = std::make_unique<RegisterBank>(*parts->controller, *map);
+    if (auto loaded = parts->load_faults(); !loaded) return tl::unexpected(loaded.error());
     auto server = WireServer::make();
     if (!server) return tl::unexpected(server.error());
     parts->server = std::move(*server);

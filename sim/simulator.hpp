@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -28,14 +29,18 @@ struct SimulatorOptions {
     std::vector<Listen> listen{Listen{}};
     double speed = 1.0;  ///< machine seconds per second; 0: as fast as it goes
     std::uint64_t seed = 1;
-    std::string log_file;  ///< the truth of every sample as CSV; empty: none
+    std::string log_file;    ///< the truth of every sample as CSV; empty: none
+    std::string fault_file;  ///< what breaks and when; empty: nothing
+    /// Told, on the simulator's thread, a line for each fault that strikes and each stop after it.
+    std::function<void(const std::string&)> on_fault;
 };
 
 /// A simulated machine with its part, controller and server, run by a thread of its own from `start` until `stop` or
 /// destruction. `port`, `urls` and `stop` may be called from any thread.
 class Simulator {
   public:
-    /// Errors: config_*, input_* (part, machine, map), transport_connect (port, device), journal_io (log), usage.
+    /// Errors: config_*, input_* (part, machine, map, faults), transport_connect (port, device), journal_io (log),
+    /// usage.
     static core::Result<std::unique_ptr<Simulator>> start(const SimulatorOptions& options);
     ~Simulator();
     Simulator(const Simulator&) = delete;

@@ -9,7 +9,7 @@
 
 namespace cmm::sim {
 
-core::Result<std::unique_ptr<TruthLog>> TruthLog::open(const std::string& file, std::uint16_t boot_id) {
+core::Result<std::unique_ptr<TruthLog>> TruthLog::open(const std::string& file) {
     std::FILE* handle = std::fopen(file.c_str(), "a");
     if (handle == nullptr)
         return core::fail(core::ErrorCode::journal_io,
@@ -20,15 +20,15 @@ core::Result<std::unique_ptr<TruthLog>> TruthLog::open(const std::string& file, 
             "boot_id,seq,path,index,t_us,x_counts,y_counts,z_counts,true_x_mm,true_y_mm,true_z_mm,noise_um,bad_um,"
             "flags\n",
             handle);
-    return std::unique_ptr<TruthLog>(new TruthLog(handle, boot_id));
+    return std::unique_ptr<TruthLog>(new TruthLog(handle));
 }
 
-void TruthLog::write(const SampleTruth& truth) {
+void TruthLog::write(const SampleTruth& truth, std::uint16_t boot_id) {
     const FifoSample& sample = truth.sample;
     std::fprintf(file_.get(),
                  "%u,%" PRIu32 ",%u,%" PRId64 ",%" PRId64 ",%" PRId32 ",%" PRId32 ",%" PRId32
                  ",%.7f,%.7f,%.7f,%.4f,%.4f,%u\n",
-                 unsigned{boot_id_}, sample.seq, unsigned{sample.path}, truth.index, sample.time_us, sample.counts[0],
+                 unsigned{boot_id}, sample.seq, unsigned{sample.path}, truth.index, sample.time_us, sample.counts[0],
                  sample.counts[1], sample.counts[2], truth.centre_mm.x(), truth.centre_mm.y(), truth.centre_mm.z(),
                  core::um_from_mm(truth.noise_mm), core::um_from_mm(truth.bad_mm), unsigned{sample.quality});
 }

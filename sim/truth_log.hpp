@@ -16,18 +16,17 @@ namespace cmm::sim {
 class TruthLog {
   public:
     /// Errors: journal_io.
-    static core::Result<std::unique_ptr<TruthLog>> open(const std::string& file, std::uint16_t boot_id);
+    static core::Result<std::unique_ptr<TruthLog>> open(const std::string& file);
 
-    void write(const SampleTruth& truth);
+    void write(const SampleTruth& truth, std::uint16_t boot_id);
     void flush_if_due(core::Duration now);
 
   private:
     struct Closer {
         void operator()(std::FILE* file) const { std::fclose(file); }
     };
-    TruthLog(std::FILE* file, std::uint16_t boot_id) : file_(file), boot_id_(boot_id) {}
+    explicit TruthLog(std::FILE* file) : file_(file) {}
     std::unique_ptr<std::FILE, Closer> file_;
-    std::uint16_t boot_id_;
     core::Duration last_flush_{0};
 };
 

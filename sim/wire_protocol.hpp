@@ -14,8 +14,9 @@ namespace cmm::sim {
 class WireProtocol {
   public:
     struct Progress {
-        std::size_t used = 0;  ///< bytes taken off the front
-        bool alive = true;     ///< false: the stream is lost, close the connection
+        std::size_t used = 0;    ///< bytes taken off the front
+        bool alive = true;       ///< false: the stream is lost, close the connection
+        core::Duration away{0};  ///< a closed serial port is opened again after so long
     };
     WireProtocol() = default;
     virtual ~WireProtocol() = default;
@@ -26,6 +27,10 @@ class WireProtocol {
     /// came.
     virtual Progress answer(std::span<const std::uint8_t> in, core::Duration silent_for,
                             std::vector<std::uint8_t>& out) = 0;
+    /// Sees the bytes that have come before they are put behind the others.
+    virtual void arrived(std::vector<std::uint8_t>&) {}
+    /// Called every round, with or without news; appends what is to be sent now.
+    virtual Progress idle(std::vector<std::uint8_t>&) { return {}; }
 };
 
 }  // namespace cmm::sim

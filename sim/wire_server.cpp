@@ -45,6 +45,7 @@ struct WireServer::Connection {
     std::vector<std::uint8_t> in{}, out{};
     SteadyClock::time_point last_byte{};
     bool alive = true;
+    core::Duration away{0};
 
     short wanted() const {
         return static_cast<short>((out.size() < most_unsent ? POLLIN : 0) | (out.empty() ? 0 : POLLOUT));
@@ -57,6 +58,13 @@ struct WireServer::Connection {
         while (alive && answer_some())
             send(fd);
     }
+    /// Also without news: what does not become a request is dropped after a silence, and a reply may be due late.
+    void idle(int fd) {
+        while (alive && !in.empty() && answer_some())
+            send(fd);
+        if (alive) follow(protocol->idle(out));
+        send(fd);
+    }
 
   private:
     /// Answers complete requests as long as there is room for replies; false if it answered none.
@@ -65,7 +73,7 @@ struct WireServer::Connection {
         std::size_t used = 0;
         while (out.size() < most_unsent && used < in.size()) {
             const auto progress = protocol->answer(std::span<const std::uint8_t>(in).subspan(used), silent_for, out);
-            alive = alive && progress.alive;
+            follow(progress);
             if (progress.used == 0) break;
             used += progress.used;
         }
@@ -73,11 +81,18 @@ struct WireServer::Connection {
         return used > 0;
     }
 
+    void follow(const WireProtocol::Progress& progress) {
+        alive = alive && progress.alive;
+        away = progress.away;
+    }
+
     void receive(int fd) {
         std::array<std::uint8_t, 16384> buffer;
         const ssize_t got = ::read(fd, buffer.data(), buffer.size());
         if (got > 0) {
-            in.insert(in.end(), buffer.begin(), buffer.begin() + got);
+            std::vector<std::uint8_t> fresh(buffer.begin(), buffer.begin() + got);
+            protocol->arrived(fresh);
+            in.insert(in.end(), fresh.begin(), fresh.end());
             last_byte = SteadyClock::now();
         }
         if (got == 0 || (got < 0 && !would_block())) alive = false;
@@ -212,13 +227,18 @@ void WireServer::run(const Tick& tick) {
             if ((entry++)->revents != 0) callers.push_back(&listener);
         for (Port& port : wires_->ports) {
             const bool ready = (entry++)->revents != 0;
-            // Also without news: what does not become a request is dropped after a silence.
-            if (port.line && (ready || !port.connection.in.empty())) port.connection.serve(port.line->fd());
-            if (!port.connection.alive) port.line.reset();
+            if (port.line && ready) port.connection.serve(port.line->fd());
+            if (port.line) port.connection.idle(port.line->fd());
+            if (!port.connection.alive && port.line) {
+                port.line.reset();
+                port.next_try = SteadyClock::now() + port.connection.away;
+            }
             if (!port.line) reopen(port);
         }
-        for (auto& client : wires_->clients)
+        for (auto& client : wires_->clients) {
             if ((entry++)->revents != 0) client.connection.serve(client.socket.get());
+            client.connection.idle(client.socket.get());
+        }
         std::erase_if(wires_->clients, [](const auto& client) { return !client.connection.alive; });
         for (Listener* listener : callers)
             accept_clients(*listener);

@@ -15,10 +15,11 @@ core::ErrorCode code_of_result(std::uint16_t result) {
             return core::ErrorCode::machine_busy;
         case 3:
         case 4:
-        case 6:
         case 7:
         case 8:
             return core::ErrorCode::machine_refused;
+        case 6:
+            return core::ErrorCode::machine_limit;
         case 9:
             return core::ErrorCode::machine_no_contact;
         case 14:
@@ -31,6 +32,14 @@ core::ErrorCode code_of_result(std::uint16_t result) {
             return core::ErrorCode::machine_emergency;
         case 13:
             return core::ErrorCode::cancelled;
+        case 15:
+            return core::ErrorCode::machine_deflection;
+        case 16:
+            return core::ErrorCode::machine_door;
+        case 17:
+            return core::ErrorCode::machine_position;
+        case 18:
+            return core::ErrorCode::machine_temperature;
         default:
             return core::ErrorCode::protocol_invalid;
     }
@@ -64,6 +73,14 @@ std::string text_of_result(std::uint16_t result) {
             return "stopped on request";
         case 14:
             return "collision: contact during free travel";
+        case 15:
+            return "the probe was deflected beyond its range";
+        case 16:
+            return "a door is open";
+        case 17:
+            return "the machine has lost its position";
+        case 18:
+            return "the temperature is out of range";
         default:
             return "the controller gave the unknown result code " + std::to_string(result);
     }

@@ -56,6 +56,17 @@ TEST(Config, TheFirstWrongValueIsReportedWithItsPlace) {
     EXPECT_EQ(status.error().message, "dir/part.toml:2:1: stylus.radius_mm must be from 0.05 to 10");
 }
 
+TEST(Config, ListsOfTablesAreReadOneByOne) {
+    const auto root = parsed("[[f]]\nn = 1\n[[f]]\nn = 2\nm = 3\n");
+    const auto tables = root.tables("f");
+    ASSERT_EQ(tables.size(), 2U);
+    EXPECT_EQ(tables[0].number("n", 0) + tables[1].number("n", 0), 3.0);
+    EXPECT_TRUE(root.tables("absent").empty());
+    const auto status = root.finish();
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.error().message, "dir/part.toml:5:1: unknown key f[1].m; did you mean \"n\"?");
+}
+
 struct BadCase {
     const char* text;
     const char* expected;
@@ -73,6 +84,7 @@ TEST_P(ConfigBad, IsSaidPlainly) {
     (void)root.texts("t");
     (void)root.text("s", "");
     (void)root.table("sub");
+    (void)root.tables("many");
     const auto status = root.finish();
     ASSERT_FALSE(status);
     EXPECT_NE(status.error().message.find(GetParam().expected), std::string::npos) << status.error().message;
@@ -85,7 +97,8 @@ INSTANTIATE_TEST_SUITE_P(
                     BadCase{"a = 1\nb = 1", "true or false"}, BadCase{"a = 1\nw = \"z\"", "\"x\", \"y\""},
                     BadCase{"a = 1\nl = 3", "list of numbers"}, BadCase{"a = 1\nl = [\"q\"]", "numbers only"},
                     BadCase{"a = 1\nt = 3", "list of texts"}, BadCase{"a = 1\nt = [1]", "texts only"},
-                    BadCase{"a = 1\ns = 3", "text in quotes"}, BadCase{"a = 1\nsub = 3", "table [sub]"}));
+                    BadCase{"a = 1\ns = 3", "text in quotes"}, BadCase{"a = 1\nsub = 3", "table [sub]"},
+                    BadCase{"a = 1\nmany = [1]", "list of tables [[many]]"}));
 
 TEST(Config, BrokenTomlSaysWhere) {
     const auto root = ConfigTable::parse("a = \n", "p.toml");

@@ -24,9 +24,9 @@ SampleTruth sample(std::uint32_t seq) {
 TEST(TruthLog, OneRowPerSampleAppendedOverRuns) {
     const TemporaryFile file("");
     for (std::uint16_t boot = 5; boot <= 6; ++boot) {
-        auto log = TruthLog::open(file.path(), boot);
+        auto log = TruthLog::open(file.path());
         ASSERT_TRUE(log);
-        (*log)->write(sample(1));
+        (*log)->write(sample(1), boot);
     }
     const std::string row = ",1,3,4,123456,10,-20,30,0.0010001,-0.0020000,0.0030000,0.5000,-100.0000,1\n";
     EXPECT_EQ(file.content(), std::string(header) + "5" + row + "6" + row);
@@ -34,10 +34,10 @@ TEST(TruthLog, OneRowPerSampleAppendedOverRuns) {
 
 TEST(TruthLog, IsOnDiskAfterATenthOfASecond) {
     const TemporaryFile file("");
-    auto log = TruthLog::open(file.path(), 5);
+    auto log = TruthLog::open(file.path());
     ASSERT_TRUE(log);
     (*log)->flush_if_due(std::chrono::milliseconds(1000));
-    (*log)->write(sample(1));
+    (*log)->write(sample(1), 5);
     (*log)->flush_if_due(std::chrono::milliseconds(1099));
     EXPECT_EQ(file.content(), header);
     (*log)->flush_if_due(std::chrono::milliseconds(1100));
@@ -45,7 +45,7 @@ TEST(TruthLog, IsOnDiskAfterATenthOfASecond) {
 }
 
 TEST(TruthLog, AFolderThatIsNotThere) {
-    const auto log = TruthLog::open("no/such/folder/log.csv", 1);
+    const auto log = TruthLog::open("no/such/folder/log.csv");
     ASSERT_FALSE(log);
     EXPECT_EQ(log.error().code, core::ErrorCode::journal_io);
 }

@@ -81,6 +81,10 @@ std::string Process::out() const {
     return content(log_stem_ + ".out");
 }
 
+std::string Process::err() const {
+    return content(log_stem_ + ".err");
+}
+
 Finished run(const std::vector<std::string>& arguments, std::chrono::seconds deadline) {
     const TemporaryFolder folder;
     return Process(arguments, folder / "log").wait(deadline);

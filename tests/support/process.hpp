@@ -31,6 +31,7 @@ class Process {
     Finished wait(std::chrono::seconds deadline);
     bool running();
     std::string out() const;
+    std::string err() const;
     pid_t pid() const { return pid_; }
 
   private:

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/system/fault_matrix.hpp"
+
+#include <algorithm>
+#include <csignal>
+#include <filesystem>
+#include <map>
+#include <regex>
+
+#include "acquisition/journal.hpp"
+#include "core/rng.hpp"
+#include "tests/support/outputs.hpp"
+#include "tests/system/resumable_run.hpp"
+
+namespace cmm::test {
+namespace {
+
+constexpr const char* part = "tests/system/parts/fault-job.toml";
+constexpr auto deadline = std::chrono::seconds(40);
+constexpr int most_resumes = 4;
+
+std::string endpoint(Wire wire, const TemporaryFolder& folder) {
+    if (wire == Wire::rtu) return "modbus+rtu://" + folder.path() + "/port?pty=yes&baud=115200&parity=none&unit=5";
+    if (wire == Wire::line) return "line+serial://" + folder.path() + "/port?pty=yes&baud=115200";
+    return "modbus+tcp://127.0.0.1:0";
+}
+
+bool of_host(const FaultCase& fault) {
+    return fault.name.starts_with("host-") || fault.name.starts_with("disk-");
+}
+
+bool finished(const Finished& run) {
+    return run.exit_code >= 0 && run.exit_code <= 2;
+}
+
+/// The code of the error that a run with --json ended with, and whether it came with advice.
+struct Ending {
+    std::string code;
+    bool advised = false;
+};
+Ending ending_of(const Finished& run) {
+    const auto document = nlohmann::json::parse(run.out, nullptr, false);
+    if (document.is_discarded() || !document.contains("error")) return {};
+    const auto& error = document["error"];
+    return {error["code"], !error["advice"].get<std::string>().empty()};
+}
+
+/// One run of the matrix: a machine, and the host's attempts on it.
+class Rehearsal {
+  public:
+    Rehearsal(const FaultCase& fault, Wire wire, std::uint64_t seed, const TemporaryFolder& folder)
+        : fault_(fault),
+          folder_(folder),
+          out_(folder / "out"),
+          rng_(core::Rng::keyed(seed, 11, static_cast<std::uint64_t>(wire))),
+          machine_(part, folder, options(fault, seed), endpoint(wire, folder)) {}
+
+    FaultRun run() {
+        if (machine_.url().empty()) {
+            result_.wrong = "the simulator does not start: " + machine_.process().err();
+            return result_;
+        }
+        auto last = attempt(true);
+        result_.finished_at_once = finished(last);
+        if (!finished(last)) judge_end(last);
+        if (!fault_.finishes && finished(last) && struck()) result_.wrong = "finished though it should not";
+        bool done = finished(last);
+        for (int resume = 0; !done && resume < most_resumes && result_.good(); ++resume) {
+            if (fault_.lasting) wait_until_mended();
+            last = attempt(false);
+            done = finished(last);
+            if (!done) judge_end(last);
+            if (!done && !fault_.curable) break;
+        }
+        result_.recovered = done;
+        if (!done && fault_.curable && result_.good()) result_.wrong = "does not finish: " + last.err;
+        machine_.end();
+        judge_machine();
+        if (std::filesystem::exists(run_file())) result_.lost = compare_samples(run_file(), machine_.log());
+        return result_;
+    }
+
+  private:
+    static std::vector<std::string> options(const FaultCase& fault, std::uint64_t seed) {
+        std::vector<std::string> list{"--speed", fault.speed, "--seed", std::to_string(seed)};
+        if (!of_host(fault)) {
+            list.emplace_back("--faults");
+            list.push_back("config/faults/" + fault.name + ".toml");
+        }
+        return list;
+    }
+    std::string run_file() const { return out_ + "/run.cmmrun"; }
+    bool struck() { return of_host(fault_) || machine_.process().err().find("fault ") != std::string::npos; }
+    void wait_until_mended() {
+        wait_for([this] { return machine_.process().err().find("mended") != std::string::npos; });
+    }
+
+    /// What the host's surroundings do to the first attempt.
+    std::vector<std::string> surroundings() {
+        if (fault_.name == "disk-slow") {
+            return {"env", "LD_PRELOAD=" CMMLIVE_SLOW_DISK, "ASAN_OPTIONS=verify_asan_link_order=0",
+                    "SLOW_DISK_MS=" + std::to_string(20 + rng_.below(180))};
+        }
+        if (fault_.name == "disk-full") {  // a file that may not grow refuses like a full disk
+            const auto kilobytes = 16 + rng_.below(64);
+            return {"bash", "-c", "trap '' XFSZ; ulimit -f " + std::to_string(kilobytes) + "; exec \"$@\"", "bash"};
+        }
+        return {};
+    }
+
+    Finished attempt(bool first) {
+        auto command = first ? surroundings() : std::vector<std::string>();
+        const auto scan = scan_command(machine_, part, out_, std::filesystem::exists(run_file()));
+        command.insert(command.end(), scan.begin(), scan.end());
+        command.emplace_back("--json");
+        Process process(command, folder_ / ("scan-" + std::to_string(attempts_++)));
+        if (first && fault_.name == "host-killed") {
+            wait_for([&] { return !process.running(); }, std::chrono::milliseconds(50 + rng_.below(1500)));
+            process.signal(SIGKILL);
+        }
+        auto ended = process.wait(deadline);
+        if (ended.exit_code == 128 + SIGKILL && fault_.name != "host-killed") {
+            result_.hung = "the scan did not end within " + std::to_string(deadline.count()) + " s";
+        }
+        return ended;
+    }
+
+    void judge_end(const Finished& run) {
+        if (run.exit_code == 128 + SIGKILL) return;
+        const Ending end = ending_of(run);
+        if (result_.error.empty()) result_.error = end.code;
+        const bool expected = std::find(fault_.errors.begin(), fault_.errors.end(), end.code) != fault_.errors.end();
+        if (!expected) result_.wrong = "ends with " + std::to_string(run.exit_code) + ": " + run.err;
+        if (expected && !end.advised) result_.wrong = end.code + " comes without advice";
+    }
+
+    void judge_machine() {
+        const std::string told = machine_.process().err();
+        result_.struck = struck();
+        result_.moved = told.find("machine in motion") != std::string::npos;
+        if (!result_.moved || fault_.stop_ms == 0.0) return;
+        const std::regex rest("at rest ([0-9.]+) ms later, ([0-9.]+) ms of the machine");
+        std::smatch found;
+        if (!std::regex_search(told, found, rest)) {
+            result_.unsafe = "the machine did not come to rest";
+            return;
+        }
+        result_.rest_ms = std::stod(found[1]);
+        if (result_.rest_ms > fault_.stop_ms) result_.unsafe = "at rest only after " + found[1].str() + " ms";
+    }
+
+    const FaultCase& fault_;
+    const TemporaryFolder& folder_;
+    std::string out_;
+    core::Rng rng_;
+    SimulatedMachine machine_;
+    FaultRun result_;
+    int attempts_ = 0;
+};
+
+}  // namespace
+
+std::string to_string(Wire wire) {
+    return wire == Wire::tcp ? "tcp" : wire == Wire::rtu ? "rtu" : "line";
+}
+
+std::string FaultRun::text() const {
+    std::string line = finished_at_once ? "finished at once" : recovered ? "finished after --resume" : "not finished";
+    if (!error.empty()) line += ", " + error;
+    if (!struck) line += ", nothing struck";
+    if (!lost.empty()) line += "; LOST " + lost;
+    if (!hung.empty()) line += "; HUNG " + hung;
+    if (!unsafe.empty()) line += "; UNSAFE " + unsafe;
+    if (!wrong.empty()) line += "; WRONG " + wrong;
+    return line;
+}
+
+FaultRun run_fault(const FaultCase& fault, Wire wire, std::uint64_t seed, const TemporaryFolder& folder) {
+    return Rehearsal(fault, wire, seed, folder).run();
+}
+
+std::string compare_samples(const std::string& run_file, const std::string& log_file) {
+    auto journal = acquisition::Journal::read(run_file);
+    if (!journal) return journal.error().text();
+    const auto samples = (*journal)->samples();
+    if (!samples) return samples.error().text();
+    std::vector<std::vector<std::array<std::int32_t, 3>>> starts;  // of the controller, with the counts of each
+    std::string boot_id;
+    for (const auto& row : read_csv(log_file)) {
+        if (row.at("boot_id") != boot_id) starts.emplace_back();
+        boot_id = row.at("boot_id");
+        starts.back().push_back(
+            {std::stoi(row.at("x_counts")), std::stoi(row.at("y_counts")), std::stoi(row.at("z_counts"))});
+    }
+    std::size_t at = 0;
+    for (const auto& start : starts) {
+        std::size_t k = 0;
+        for (; k < start.size() && at < samples->size() && (*samples)[at].counts == start[k]; ++k, ++at)
+            if ((*samples)[at].sequence != at + 1) return "sequence " + std::to_string(at + 1) + " is not there";
+        if (&start == &starts.back() && k < start.size()) {
+            return "sample " + std::to_string(k + 1) + " of " + std::to_string(start.size()) +
+                   " of the controller is not number " + std::to_string(at + 1) + " of " +
+                   std::to_string(samples->size()) + " in the run file";
+        }
+    }
+    if (at < samples->size()) return "the run file holds more samples than the controller recorded";
+    return {};
+}
+
+}  // namespace cmm::test
