@@ -16,6 +16,7 @@ using Fate = Round::Fate;
 constexpr std::uint16_t command_running = 1;
 constexpr std::uint16_t command_failed = 3;
 constexpr double claim_again_ms = 50.0;
+constexpr double busy_patience_ms = 1000.0;
 constexpr double stop_patience_ms = 5000.0;       // a machine brakes within a second; afterwards nothing is known
 constexpr double durable_patience_ms = 30'000.0;  // a slow disk, not a dead one
 
@@ -68,7 +69,9 @@ asio::awaitable<core::Status> Session::prepare() {
     if (present->in_motion() || present->command_state == command_running) {
         co_return core::fail(core::ErrorCode::machine_busy, "another motion is under way", core::Motion::may_be_moving);
     }
-    command_sequence_ = present->command_sequence;
+    // Never back: a status that is older than our last command would give the next one a number that is taken.
+    if (static_cast<std::int16_t>(present->command_sequence - command_sequence_) > 0)
+        command_sequence_ = present->command_sequence;
     if (present->owner == owner_) co_return core::Status{};
     co_return co_await claim(0.0);
 }
@@ -93,10 +96,16 @@ asio::awaitable<core::Result<StatusBlock>> Session::give(Opcode opcode, std::arr
     command_.opcode = opcode;
     command_.owner = owner_;
     command_.args = args;
-    round_ = Round{};
-    round_.command = &command_;
-    round_.ask_status = true;
-    auto answered = co_await port_->run(round_);
+    const double give_up_ms = port_->now_ms() + busy_patience_ms;
+    core::Status answered;
+    for (;;) {
+        round_ = Round{};
+        round_.command = &command_;
+        round_.ask_status = true;
+        answered = co_await port_->run(round_);
+        if (!answered || round_.command_fate != Fate::busy || port_->now_ms() >= give_up_ms) break;
+        co_await pause(poll_ms_);
+    }
     // A status from before the command, although the command was answered: the late reply to an earlier question, where
     // replies carry no number.
     const bool stale = answered && round_.command_fate == Fate::done && latest_status().command_sequence == previous;

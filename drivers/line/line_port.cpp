@@ -263,7 +263,13 @@ asio::awaitable<core::Status> LinePort::Impl::answer(Question question, Round& r
     }
     const auto message = co_await ask(question, round);
     if (!message) co_return tl::unexpected(message.error());
-    co_return settle(question, *message, round);
+    const auto settled = settle(question, *message, round);
+    if (settled || message->kind != Message::Kind::refusal) co_return settled;
+    // A controller that was restarted does not know the samples that we acknowledge.
+    const auto found = co_await read_identity();
+    if (!found) co_return tl::unexpected(found.error());
+    const auto same = check_boot(static_cast<std::uint16_t>(found->boot_id));
+    co_return same ? settled : same;
 }
 
 asio::awaitable<core::Result<Capabilities>> LinePort::Impl::read_identity() {

@@ -19,6 +19,7 @@ using Outcome = Transaction::Outcome;
 constexpr auto as_result = asio::as_tuple(asio::use_awaitable);
 constexpr double first_backoff_ms = 2.0;
 constexpr double longest_backoff_ms = 100.0;
+constexpr int first_questions = 3;  // who is there; one may get lost like any other
 
 BusOptions bus_options(const LinkSettings& settings, const RegisterMap& map) {
     BusOptions options;
@@ -109,10 +110,16 @@ core::Status ModbusPort::check_speed(double watchdog_ms) const {
 asio::awaitable<core::Result<Capabilities>> ModbusPort::open() {
     co_await acquire();
     opened_ = false;
-    bus_.connect();
-    co_await job_done();
-    core::Result<Capabilities> found = core::fail(core::ErrorCode::transport_connect, bus_.connect_error());
-    if (bus_.connected()) found = co_await read_identity();
+    core::Result<Capabilities> found = core::fail(core::ErrorCode::transport_connect, "");
+    for (int asked = 0; asked < first_questions && !found && core::retryable(found.error().code); ++asked) {
+        bus_.connect();
+        co_await job_done();
+        if (!bus_.connected()) {
+            found = core::fail(core::ErrorCode::transport_connect, bus_.connect_error());
+            break;
+        }
+        found = co_await read_identity();
+    }
     if (found) {
         const auto fast_enough = check_speed(found->watchdog_ms);
         if (!fast_enough) found = tl::unexpected(fast_enough.error());
@@ -137,6 +144,9 @@ asio::awaitable<core::Result<Capabilities>> ModbusPort::read_identity() {
             last_answer_ms_ = now_ms();
             break;
         case Outcome::exception:
+            if (identity_.exception == exception_code::busy)
+                co_return core::fail(core::ErrorCode::transport_timeout,
+                                     where_ + " is busy and does not say who it is");
             co_return core::fail(core::ErrorCode::protocol_mismatch,
                                  where_ + " has no identity registers (exception " +
                                      std::to_string(identity_.exception) +
@@ -206,6 +216,15 @@ core::Status ModbusPort::judge() {
                 break;
             }
         }
+        if (transaction.outcome == Outcome::exception && (&transaction == &exchange_ || &transaction == &status_)) {
+            // Neither may be refused; a controller that was restarted refuses the samples that we acknowledge.
+            link_number_ = 0;
+            status = core::fail(core::ErrorCode::protocol_invalid,
+                                where_ + " refuses " +
+                                    (&transaction == &exchange_ ? "the sample exchange" : "the status registers") +
+                                    " with exception " + std::to_string(transaction.exception));
+            break;
+        }
         if (transaction.outcome != Outcome::ok && transaction.outcome != Outcome::exception) break;
     }
     if (answered > 0) {
@@ -252,7 +271,7 @@ asio::awaitable<core::Status> ModbusPort::run(controller::Round& round) {
     if (opened_) {
         prepare(round);
         status = co_await repeat();
-        if (status) status = settle(round);
+        if (status) settle(round);
     } else {
         status = core::fail(core::ErrorCode::transport_closed, "not connected to " + where_);
     }
@@ -278,32 +297,21 @@ void ModbusPort::prepare(const controller::Round& round) {
     if (round.ask_status) open_.push_back(&status_);
 }
 
-/// Reads the answers into the round. Errors: protocol_*, when samples or status are refused.
-core::Status ModbusPort::settle(controller::Round& round) const {
-    const auto exception_of = [](const Transaction& asked) { return "exception " + std::to_string(asked.exception); };
+/// Reads the answers into the round.
+void ModbusPort::settle(controller::Round& round) const {
     const auto fate_of = [&](const Transaction& asked) {
         if (asked.outcome == Outcome::ok) return controller::Round::Fate::done;
-        round.refusal = exception_of(asked);
+        round.refusal = "exception " + std::to_string(asked.exception);
         const bool busy = asked.exception == exception_code::busy;
         return busy ? controller::Round::Fate::busy : controller::Round::Fate::refused;
     };
     if (round.command != nullptr) round.command_fate = fate_of(command_);
     if (round.window != nullptr) round.window_fate = fate_of(window_);
     if (round.wanted) {
-        if (exchange_.outcome == Outcome::exception) {
-            return core::fail(core::ErrorCode::protocol_invalid,
-                              "the controller refuses the sample exchange with " + exception_of(exchange_));
-        }
         round.block = decode_fifo(map_, exchange_.reply());
         decode_samples(map_, exchange_.reply(), round.block, round.samples);
     }
-    if (!round.ask_status) return {};
-    if (status_.outcome == Outcome::exception) {
-        return core::fail(core::ErrorCode::protocol_mismatch,
-                          "the status registers are refused with " + exception_of(status_));
-    }
-    round.status = decode_status(map_, status_.reply());
-    return {};
+    if (round.ask_status) round.status = decode_status(map_, status_.reply());
 }
 
 double ModbusPort::status_every_ms() const noexcept {

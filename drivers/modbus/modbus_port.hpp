@@ -51,7 +51,7 @@ class ModbusPort final : public controller::Port {
     core::Status judge();
     boost::asio::awaitable<core::Status> repeat();
     void prepare(const controller::Round& round);
-    core::Status settle(controller::Round& round) const;
+    void settle(controller::Round& round) const;
     double timeout_for(double watchdog_ms) const;
     core::Status check_speed(double watchdog_ms) const;
 

@@ -166,6 +166,50 @@ TEST_F(ModbusFault, AWindowRefusedAsBusyIsSentAgain) {
     EXPECT_EQ(scanned->points_passed, 300U);
 }
 
+TEST_F(ModbusFault, TheFirstQuestionMayGetLost) {
+    controller_.on_request(
+        [](const Request& request) { return request.number == 1 ? Fault::lost_reply : Fault::none; });
+    begin();
+}
+
+TEST_F(ModbusFault, ACommandRefusedAsBusyIsGivenAgain) {
+    begin();
+    std::atomic<int> refusals{0};
+    controller_.on_request([&](const Request& request) {
+        const bool command = request.function == 16 && request.address == 128;
+        return command && ++refusals <= 2 ? Fault::busy : Fault::none;
+    });
+    const auto homed = rig_->run(machine().home());
+    EXPECT_TRUE(homed) << homed.error().text();
+    EXPECT_EQ(refusals, 3);
+    EXPECT_EQ(controller_.executed(3), 1);
+}
+
+TEST_F(ModbusFault, AnExchangeThatIsRefusedNowAndThenIsAskedAgain) {
+    begin();
+    controller_.on_request([](const Request& request) {
+        const bool question = request.function == 23 || request.function == 3;
+        return question && request.number % 5 == 0 ? Fault::illegal_value : Fault::none;
+    });
+    RecordingSink sink;
+    const auto scanned = scan(200, sink);
+    ASSERT_TRUE(scanned) << scanned.error().text();
+    EXPECT_EQ(sink.delivered(), 200U);
+    EXPECT_TRUE(sink.out_of_order.empty());
+}
+
+TEST_F(ModbusFault, AStatusFromBeforeTheLastCommandGivesNoNumberThatIsTaken) {
+    begin();
+    ASSERT_TRUE(rig_->run(machine().home()));
+    std::atomic<bool> spoilt{false};
+    controller_.on_request([&](const Request& request) {
+        const bool status = request.function == 3 && request.address == 64;
+        return status && !spoilt.exchange(true) ? Fault::old_status : Fault::none;
+    });
+    ASSERT_TRUE(rig_->run(machine().move({1.0, 2.0, 3.0}, 10.0)));
+    EXPECT_EQ(controller_.executed(5), 1);
+}
+
 TEST_F(ModbusFault, AWindowRefusedForGoodStopsTheMachine) {
     begin();
     controller_.on_request([&](const Request& request) {

@@ -178,6 +178,7 @@ bool ScriptedController::answer(int fd, const Bytes& frame) {
     reply.insert(reply.end(), body.begin(), body.end());
     spoil(fault, reply);
     if (pdu[0] == 23 && fault == Fault::none) last_block_ = body;
+    if (pdu[0] == 3 && word(pdu, 1) == 64 && fault == Fault::none) keep_status(body);
     if (fault == Fault::lost_reply) return true;
     if (fault == Fault::late_reply) {
         held_back_ = reply;
@@ -189,6 +190,12 @@ bool ScriptedController::answer(int fd, const Bytes& frame) {
     }
     send_bytes(fd, reply);
     return fault != Fault::closed_mid;
+}
+
+void ScriptedController::keep_status(const Bytes& body) {
+    constexpr std::size_t command_sequence = 2 + 2 * 4;  // behind function and length
+    if (!status_.empty() && word(status_, command_sequence) != word(body, command_sequence)) status_before_ = status_;
+    status_ = body;
 }
 
 void ScriptedController::spoil(Fault fault, Bytes& reply) {
@@ -205,6 +212,9 @@ void ScriptedController::spoil(Fault fault, Bytes& reply) {
             break;
         case Fault::garbage:
             reply.assign(12, 0xEE);
+            break;
+        case Fault::old_status:
+            std::copy(status_before_.begin(), status_before_.end(), reply.begin() + 7);
             break;
         case Fault::old_block:
             if (!last_block_.empty()) std::copy(last_block_.begin(), last_block_.end(), reply.begin() + 7);

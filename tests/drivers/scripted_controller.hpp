@@ -33,6 +33,7 @@ enum class Fault {
     illegal_value,  ///< exception 3, not executed
     bad_crc,        ///< executed, one bit of the data flipped
     old_block,      ///< FC 23: the block before this one, once more
+    old_status,     ///< FC 3: the last status from before the present command
     garbage,        ///< bytes that are no Modbus
 };
 
@@ -68,13 +69,14 @@ class ScriptedController {
     bool serve_client(int fd);
     bool answer(int fd, const Bytes& frame);
     void spoil(Fault fault, Bytes& reply);
+    void keep_status(const Bytes& body);
 
     std::mutex mutex_;
     std::function<Fault(const Request&)> rule_;
     ScriptedMachine machine_;
     std::size_t requests_ = 0;
     int connections_ = 0;
-    Bytes held_back_, last_block_;
+    Bytes held_back_, last_block_, status_, status_before_;
     bool drop_connection_ = false;
 
     int listener_ = -1;
