@@ -39,7 +39,7 @@ void normals_and_curvatures(CurveSamples& samples) {
     const auto column = [n](std::vector<double>& values) { return Column(values.data(), n); };
     const auto dx = column(samples.dx), dy = column(samples.dy);
     auto nx = column(samples.nx), ny = column(samples.ny), curvature = column(samples.curvature);
-    curvature = (dx * dx + dy * dy).sqrt();  // the speed for now
+    curvature = (dx * dx + dy * dy).sqrt();  // holds the speed until the normals are there
     curvature = (curvature > 0.0).select(curvature.inverse(), 0.0);
     nx = dy * curvature;
     ny = -dx * curvature;

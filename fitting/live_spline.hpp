@@ -52,6 +52,12 @@ class LiveSpline {
     };
 
     explicit LiveSpline(MaterialSide side);
+    /// No copies: what is known of the last samples points into itself.
+    LiveSpline(const LiveSpline&) = delete;
+    LiveSpline& operator=(const LiveSpline&) = delete;
+    LiveSpline(LiveSpline&&) = default;
+    LiveSpline& operator=(LiveSpline&&) = default;
+    ~LiveSpline() = default;
 
     /// A centre that is excluded (no contact), not finite, or where its predecessor is, keeps its place in the order
     /// but does not count.
