@@ -47,4 +47,9 @@ constexpr double seconds(Duration d) noexcept {
     return std::chrono::duration<double>(d).count();
 }
 
+/// Whole nanoseconds, the rest cut off.
+constexpr Duration from_ms(double ms) noexcept {
+    return std::chrono::duration_cast<Duration>(std::chrono::duration<double, std::milli>(ms));
+}
+
 }  // namespace cmm::core

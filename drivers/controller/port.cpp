@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "drivers/controller/port.hpp"
+
 #include <cmath>
 #include <limits>
 #include <string>
 
 #include "core/text.hpp"
-#include "drivers/controller/port.hpp"
 
 namespace cmm::drivers::controller {
 namespace {

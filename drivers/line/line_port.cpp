@@ -10,15 +10,15 @@
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <chrono>
+#include <functional>
 #include <string>
 #include <thread>
 #include <utility>
 
 #include "core/rng.hpp"
 #include "drivers/controller/controller_machine.hpp"
-#include "drivers/line/line_codec.hpp"
+#include "drivers/line/conversation.hpp"
 #include "drivers/line/line_messages.hpp"
-#include "drivers/line/serial_wire.hpp"
 
 namespace cmm::drivers::line {
 namespace {
@@ -30,9 +30,6 @@ using Steady = std::chrono::steady_clock;
 constexpr auto as_result = asio::as_tuple(asio::use_awaitable);
 constexpr double first_backoff_ms = 2.0;
 constexpr double longest_backoff_ms = 100.0;
-constexpr int attempts_per_link = 4;  // then the port is opened anew
-constexpr int stop_attempts = 4;
-constexpr double stop_reply_ms = 100.0;
 // A stop waits for the text being written: neither it nor a reply may keep the line for longer.
 constexpr double longest_on_line_ms = 60.0;
 constexpr std::size_t bytes_per_point = 55;
@@ -41,10 +38,6 @@ constexpr std::size_t longest_status = 260;
 constexpr std::string_view busy_code = "6";
 
 enum class Question : std::uint8_t { identity, command, window, samples, status };
-
-Steady::duration duration_of(double ms) {
-    return std::chrono::duration_cast<Steady::duration>(std::chrono::duration<double, std::milli>(ms));
-}
 
 /// As many as fit into the longest time on the line.
 std::size_t fitting(double byte_ms, std::size_t bytes_each, std::size_t most) {
@@ -64,8 +57,7 @@ class LinePort::Impl {
           settings_timeout_ms_(settings.response_timeout_ms),
           timeout_ms_(settings.response_timeout_ms),
           reconnect_ms_(settings.reconnect_ms),
-          rng_(core::Rng::keyed(context.seed, 1, 0)),
-          wire_(io_, serial_, log_, {[this](auto bytes) { take(bytes); }, [this] { reply_.cancel(); }}) {
+          rng_(core::Rng::keyed(context.seed, 1, 0)) {
         thread_ = std::thread([this] { io_.run(); });
     }
     ~Impl() {
@@ -83,8 +75,8 @@ class LinePort::Impl {
     asio::any_io_executor executor_;
     const core::Clock& clock_;
     SerialSettings serial_;
-    LinkLog log_;
     asio::io_context io_{1};
+    Conversation conversation_{io_, serial_};
     std::atomic<bool> opened_{false};
     std::atomic<double> last_answer_ms_{0.0};
 
@@ -96,35 +88,24 @@ class LinePort::Impl {
     asio::awaitable<core::Status> persist(Question question, Round& round);
     asio::awaitable<core::Status> reopen();
     asio::awaitable<core::Result<Capabilities>> read_identity();
-    asio::awaitable<void> serve_stop();
     asio::awaitable<void> wait(double ms);
     std::string wording(Question question, const Round& round);
     std::size_t longest_reply(Question question) const;
     core::Status settle(Question question, const Message& message, Round& round);
     core::Status settle_refusal(Question question, const Message& message, Round& round);
     core::Status check_boot(std::uint16_t boot_id);
-    void take(std::span<const std::uint8_t> bytes);
-    std::uint16_t next_tag() { return last_tag_ = static_cast<std::uint16_t>(last_tag_ % 65535U + 1U); }
     std::size_t samples_per_frame() const { return fitting(serial_.byte_ms(), bytes_per_sample, 64); }
 
     double settings_timeout_ms_, timeout_ms_, reconnect_ms_;
     core::Rng rng_;
     asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
     asio::steady_timer turn_{io_, Steady::time_point::max()};
-    asio::steady_timer reply_{io_}, stop_reply_{io_};
     bool taken_ = false;
-    Parser parser_;
-    std::vector<Message> arrived_;
-    std::uint16_t last_tag_ = 0, awaited_tag_ = 0, stop_tag_ = 0;
-    std::optional<Message> reply_message_;
     std::uint16_t watchdog_ = 0;
     double lsb_mm_ = 0.0;
     std::uint32_t boot_id_ = 0;
-    int stop_wanted_ = 0;
-    bool stopping_ = false, stop_matters_ = false;
-    Steady::time_point stop_requested_{};
-    SerialWire wire_;
-    std::thread thread_;  // last: everything else exists when it starts
+    bool stop_matters_ = false;  // before the first connection there is nobody to stop
+    std::thread thread_;         // last: everything else exists when it starts
 };
 
 asio::awaitable<void> LinePort::Impl::acquire() {
@@ -140,27 +121,8 @@ void LinePort::Impl::release() {
 
 asio::awaitable<void> LinePort::Impl::wait(double ms) {
     asio::steady_timer timer(io_);
-    timer.expires_after(duration_of(ms));
+    timer.expires_after(core::from_ms(ms));
     co_await timer.async_wait(as_result);
-}
-
-void LinePort::Impl::take(std::span<const std::uint8_t> bytes) {
-    arrived_.clear();
-    const std::uint64_t spoilt = parser_.spoilt();
-    parser_.feed(bytes, arrived_);
-    log_.count([spoilt = parser_.spoilt() - spoilt](LinkStats& stats) { stats.invalid += spoilt; });
-    for (Message& message : arrived_) {
-        if (awaited_tag_ != 0 && message.tag == awaited_tag_) {
-            reply_message_ = std::move(message);
-            awaited_tag_ = 0;
-            reply_.cancel();
-        } else if (stop_tag_ != 0 && message.tag == stop_tag_) {
-            stop_tag_ = 0;
-            stop_reply_.cancel();
-        } else {
-            log_.count([](LinkStats& stats) { ++stats.stale; });
-        }
-    }
 }
 
 std::string LinePort::Impl::wording(Question question, const Round& round) {
@@ -184,34 +146,11 @@ std::size_t LinePort::Impl::longest_reply(Question question) const {
     return question == Question::samples ? 64 + bytes_per_sample * samples_per_frame() : longest_status;
 }
 
-/// Asks and asks again under the same tag, so that a late answer is one too. Errors: transport_*.
 asio::awaitable<core::Result<Message>> LinePort::Impl::ask(Question question, const Round& round) {
-    const std::uint16_t tag = next_tag();
-    const auto started = Steady::now();
-    for (int attempt = 0; attempt < attempts_per_link && wire_.is_open(); ++attempt) {
-        if (attempt > 0) log_.count([](LinkStats& stats) { ++stats.retries; });
-        reply_message_.reset();
-        awaited_tag_ = tag;
-        wire_.send(command_line(tag, wording(question, round)), false);
-        reply_.expires_after(duration_of(timeout_ms_ + wire_.wire_ms(wire_.waiting() + longest_reply(question))));
-        co_await reply_.async_wait(as_result);
-        awaited_tag_ = 0;
-        if (reply_message_) {
-            const std::chrono::duration<double, std::micro> took = Steady::now() - started;
-            log_.count([us = took.count()](LinkStats& stats) { stats.add_round_trip(us); });
-            last_answer_ms_ = now_ms();
-            co_return std::move(*reply_message_);
-        }
-        if (wire_.is_open()) log_.count([](LinkStats& stats) { ++stats.timeouts; });
-        parser_.reset();
-    }
-    if (wire_.is_open()) {
-        wire_.close();
-        co_return core::fail(core::ErrorCode::transport_timeout,
-                             serial_.device + ": nobody answers (check wiring, baud and parity)");
-    }
-    log_.count([](LinkStats& stats) { ++stats.closed; });
-    co_return core::fail(core::ErrorCode::transport_closed, "the port " + serial_.device + " is gone");
+    std::function<std::string()> body = [&] { return wording(question, round); };
+    auto message = co_await conversation_.ask(std::move(body), longest_reply(question), timeout_ms_);
+    if (message) last_answer_ms_ = now_ms();
+    co_return message;
 }
 
 core::Status LinePort::Impl::check_boot(std::uint16_t boot_id) {
@@ -257,7 +196,7 @@ core::Status LinePort::Impl::settle(Question question, const Message& message, R
 }
 
 asio::awaitable<core::Status> LinePort::Impl::answer(Question question, Round& round) {
-    if (!wire_.is_open()) {
+    if (!conversation_.is_open()) {
         const auto again = co_await reopen();
         if (!again) co_return again;
     }
@@ -286,9 +225,9 @@ asio::awaitable<core::Result<Capabilities>> LinePort::Impl::read_identity() {
 
 /// The port was lost, or answered no more: the same start of the same controller must answer.
 asio::awaitable<core::Status> LinePort::Impl::reopen() {
-    const std::string why = wire_.open();
+    const std::string why = conversation_.open();
     if (!why.empty()) co_return core::fail(core::ErrorCode::transport_connect, why);
-    log_.count([](LinkStats& stats) { ++stats.reconnects; });
+    conversation_.log().count([](LinkStats& stats) { ++stats.reconnects; });
     const auto found = co_await read_identity();
     if (!found) co_return tl::unexpected(found.error());
     co_return check_boot(static_cast<std::uint16_t>(found->boot_id));
@@ -325,7 +264,7 @@ asio::awaitable<core::Result<Capabilities>> LinePort::Impl::open() {
     co_await acquire();
     opened_ = false;
     timeout_ms_ = settings_timeout_ms_;
-    const std::string why = wire_.open();
+    const std::string why = conversation_.open();
     core::Result<Capabilities> found = core::fail(core::ErrorCode::transport_connect, why);
     if (why.empty()) found = co_await read_identity();
     if (found) {
@@ -341,39 +280,7 @@ asio::awaitable<core::Result<Capabilities>> LinePort::Impl::open() {
 }
 
 void LinePort::Impl::want_stop(int kind, Steady::time_point requested) {
-    if (!stop_matters_) return;  // before the first connection there is nobody to stop
-    stop_wanted_ = std::max(stop_wanted_, kind);
-    if (stopping_) {
-        stop_reply_.cancel();  // say it again, with what is wanted now
-        return;
-    }
-    stopping_ = true;
-    stop_requested_ = requested;
-    asio::co_spawn(io_, serve_stop(), asio::detached);
-}
-
-/// A few attempts are enough: a controller that cannot be reached stops by its watchdog.
-asio::awaitable<void> LinePort::Impl::serve_stop() {
-    for (int attempt = 0; attempt < stop_attempts && stop_wanted_ != 0; ++attempt) {
-        const int kind = stop_wanted_;
-        if (!wire_.is_open() && !wire_.open().empty()) break;
-        stop_tag_ = next_tag();
-        auto written = [this] {
-            const std::chrono::duration<double, std::micro> took = Steady::now() - stop_requested_;
-            log_.count([us = took.count()](LinkStats& stats) {
-                ++stats.stops;
-                stats.last_stop_us = us;
-            });
-        };
-        wire_.send(command_line(stop_tag_, "STOP " + std::to_string(kind)), true, written);
-        stop_reply_.expires_after(duration_of(stop_reply_ms + wire_.wire_ms(wire_.waiting() + longest_status)));
-        co_await stop_reply_.async_wait(as_result);
-        const bool answered = stop_tag_ == 0;
-        if (answered && stop_wanted_ == kind) stop_wanted_ = 0;
-    }
-    stop_wanted_ = 0;
-    stop_tag_ = 0;
-    stopping_ = false;
+    if (stop_matters_) conversation_.want_stop(kind, requested);
 }
 
 LinePort::LinePort(const LinkSettings& settings, const DriverContext& context)
@@ -392,7 +299,7 @@ asio::awaitable<core::Status> LinePort::run(Round& round) {
 
 asio::awaitable<void> LinePort::pause(double ms) {
     asio::steady_timer timer(impl_->executor_);
-    timer.expires_after(duration_of(ms));
+    timer.expires_after(core::from_ms(ms));
     co_await timer.async_wait(as_result);
 }
 
@@ -422,13 +329,13 @@ void LinePort::stop(StopKind kind) noexcept {
 }
 
 LinkStats LinePort::stats() const {
-    return impl_->log_.stats();
+    return impl_->conversation_.log().stats();
 }
 void LinePort::count(const std::function<void(LinkStats&)>& change) {
-    impl_->log_.count(change);
+    impl_->conversation_.log().count(change);
 }
 void LinePort::set_trace(std::function<void(std::string_view)> line) {
-    impl_->log_.set_trace(std::move(line));
+    impl_->conversation_.log().set_trace(std::move(line));
 }
 
 core::Result<std::unique_ptr<Machine>> make_line_machine(const LinkSettings& settings, const DriverContext& context) {

@@ -10,16 +10,9 @@
 
 #include "drivers/link_stats.hpp"
 #include "drivers/machine.hpp"
-#include "drivers/modbus/frame.hpp"
-#include "drivers/modbus/link.hpp"
+#include "drivers/modbus/conversation.hpp"
 
 namespace cmm::drivers::modbus {
-
-struct BusOptions {
-    std::uint16_t stop_address = 200;
-    double connect_timeout_ms = 2000.0;
-    double stop_timeout_ms = 500.0;  ///< for the reply to a stop
-};
 
 /// The wire to one controller: a blocking thread of its own around one link.
 /// One job at a time, from one thread: connect() or run(), then done_fd() becomes readable, then the results may be

@@ -82,8 +82,7 @@ asio::awaitable<void> ModbusPort::job_done() {
 
 asio::awaitable<void> ModbusPort::pause(double ms) {
     asio::steady_timer timer(executor_);
-    timer.expires_after(
-        std::chrono::duration_cast<asio::steady_timer::duration>(std::chrono::duration<double, std::milli>(ms)));
+    timer.expires_after(core::from_ms(ms));
     co_await timer.async_wait(as_result);
 }
 
