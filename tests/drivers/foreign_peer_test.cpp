@@ -45,6 +45,7 @@ void scan_foreign_controller(const std::string& where, const std::string& url) {
         GTEST_SKIP() << "pymodbus is not installed";
     }
     ASSERT_TRUE(found) << found.error().text();
+    const LinkStats before = machine.link_stats();  // until it was up
     EXPECT_EQ(found->model, "pymodbus");
     EXPECT_EQ(found->serial, "PY-1");
     ASSERT_TRUE(rig.run(machine.begin_run(std::nullopt)));
@@ -64,7 +65,10 @@ void scan_foreign_controller(const std::string& where, const std::string& url) {
     const auto state = rig.run(machine.state());
     ASSERT_TRUE(state) << state.error().text();
     EXPECT_EQ(state->acknowledged_sequence, 120U);
-    EXPECT_EQ(machine.link_stats().invalid, 0U);
+    // A loaded host answers late; nothing else may happen.
+    const LinkStats after = machine.link_stats();
+    EXPECT_EQ(after.errors() - after.timeouts, before.errors() - before.timeouts);
+    EXPECT_EQ(after.invalid, 0U);
     EXPECT_TRUE(rig.run(machine.end_run()));
 }
 

@@ -8,7 +8,7 @@
 #include <atomic>
 #include <cstdio>
 
-#include "ring_scan.hpp"
+#include "machine_fixtures.hpp"
 #include "tests/support/serial_wire.hpp"
 
 namespace cmm::drivers {
@@ -54,37 +54,27 @@ TEST(LineMachine, ANoisyLineCostsTimeAndNoSample) {
     const test::Workshop workshop;
     const auto simulator = workshop.start(0.0, line_on(wire.device()));
     ASSERT_NE(simulator, nullptr);
-    wire.set_faults(3e-5, 3e-5);
+    wire.set_faults(1e-4, 1e-4);
     LinkStats stats;
     EXPECT_EQ(scan_ring(line_url(wire.host()), 2000, &stats).size(), 2000U);
     EXPECT_GT(wire.spoilt(), 0U);
     EXPECT_GT(stats.retries, 0U);
 }
 
-class LineMachineTest : public testing::Test {
+// The wire outlives what is plugged into it.
+struct WithWire {
+    SerialWire wire_;
+};
+
+class LineMachineTest : protected WithWire, public test::SimulatedMachineTest {
   protected:
     void bring_up(double speed) {
-        simulator_ = workshop_.start(speed, line_on(wire_.device()));
-        ASSERT_NE(simulator_, nullptr);
-        rig_ = std::make_unique<MachineRig>(test::settings_for(line_url(wire_.host())));
-        const auto found = rig_->run(machine().connect());
-        ASSERT_TRUE(found) << found.error().text();
-        EXPECT_EQ(found->model, "cmmlive sim");
-        EXPECT_EQ(found->serial, "SIM-0001");
-        EXPECT_NEAR(found->limit_min_mm.x(), -500.0, 1e-9);
-        ASSERT_TRUE(rig_->run(machine().begin_run(std::nullopt)));
-        expect_done(rig_->run(machine().home()));
-        expect_done(rig_->run(machine().qualify(test::ball_radius_mm)));
-        expect_done(rig_->run(machine().move({40.0, 0.0, 60.0}, 200.0)));
-        expect_done(rig_->run(machine().move({40.0, 0.0, 20.0}, 200.0)));
+        ASSERT_NO_FATAL_FAILURE(start(speed, line_on(wire_.device())));
+        ASSERT_NO_FATAL_FAILURE(SimulatedMachineTest::bring_up(test::settings_for(line_url(wire_.host()))));
+        EXPECT_EQ(found_.model, "cmmlive sim");
+        EXPECT_EQ(found_.serial, "SIM-0001");
+        EXPECT_NEAR(found_.limit_min_mm.x(), -500.0, 1e-9);
     }
-    static void expect_done(const core::Status& status) { EXPECT_TRUE(status) << status.error().text(); }
-    Machine& machine() { return *rig_->machine; }
-
-    SerialWire wire_;
-    test::Workshop workshop_;
-    std::unique_ptr<sim::Simulator> simulator_;
-    std::unique_ptr<MachineRig> rig_;
 };
 
 TEST_F(LineMachineTest, TouchGivesTheContactAndItsSample) {
@@ -99,20 +89,7 @@ TEST_F(LineMachineTest, TouchGivesTheContactAndItsSample) {
 
 TEST_F(LineMachineTest, AStopDuringAScanBrakesAndKeepsTheSamples) {
     bring_up(10.0);
-    const auto points = test::circle_path(test::centre_radius_mm, 20.0, 2000, 2.0);
-    PointList source(points);
-    RecordingSink sink;
-    sink.on_delivery = [&] {
-        if (sink.delivered() >= 20) machine().stop(StopKind::controlled);
-    };
-    const auto scanned = rig_->run(machine().scan(ScanPath{}, source, sink));
-    ASSERT_FALSE(scanned);
-    EXPECT_EQ(scanned.error().code, core::ErrorCode::cancelled) << scanned.error().text();
-    EXPECT_EQ(scanned.error().motion, core::Motion::stopped);
-    const auto state = rig_->run(machine().state());
-    ASSERT_TRUE(state);
-    EXPECT_EQ(state->state, MachineState::stopped);
-    EXPECT_EQ(state->acknowledged_sequence, sink.last);
+    stop_during_a_scan();
     std::printf("stop on the wire %.3f ms after the request\n", machine().link_stats().last_stop_us * 1e-3);
 }
 
@@ -140,7 +117,7 @@ TEST_F(LineMachineTest, AHostWhoseCableIsPulledLeavesAMachineThatStops) {
 TEST_F(LineMachineTest, ARestartedControllerIsNoticed) {
     bring_up(0.0);
     simulator_.reset();
-    simulator_ = workshop_.start(0.0, line_on(wire_.device()));
+    start(0.0, line_on(wire_.device()));
     const auto state = rig_->run(machine().state());
     ASSERT_FALSE(state);
     EXPECT_EQ(state.error().code, core::ErrorCode::machine_fault);

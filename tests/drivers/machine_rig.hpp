@@ -3,10 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/awaitable.hpp>
 #include <boost/asio/io_context.hpp>
 #include <chrono>
-#include <exception>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -62,42 +61,18 @@ struct Pending {
     bool done() const { return result.has_value(); }
 };
 
-/// A machine and the event loop it lives on, turned by the test's own thread.
+/// A machine and the event loop it lives on, turned by the test's own thread. What a Machine returns can be run, and
+/// nothing else (machine_rig.cpp).
 class MachineRig {
   public:
-    explicit MachineRig(const LinkSettings& settings, std::uint64_t seed = 1) {
-        auto made = standard_registry().make(settings, {io_.get_executor(), clock_, seed});
-        if (made) machine = std::move(*made);
-        EXPECT_TRUE(made) << made.error().text();
-    }
+    explicit MachineRig(const LinkSettings& settings, std::uint64_t seed = 1);
 
     template <class T>
-    std::shared_ptr<Pending<T>> start(boost::asio::awaitable<T> work) {
-        auto pending = std::make_shared<Pending<T>>();
-        boost::asio::co_spawn(io_, std::move(work), [pending](std::exception_ptr failure, T value) {
-            if (failure) std::rethrow_exception(failure);
-            pending->result = std::move(value);
-        });
-        return pending;
-    }
+    std::shared_ptr<Pending<T>> start(boost::asio::awaitable<T> work);
     /// Turns the loop until the condition holds; false when it does not within the deadline.
-    bool wait(const std::function<bool()>& condition, std::chrono::seconds deadline = std::chrono::seconds(20)) {
-        const auto end = std::chrono::steady_clock::now() + deadline;
-        io_.restart();
-        while (!condition()) {
-            if (std::chrono::steady_clock::now() >= end) return false;
-            io_.run_one_for(std::chrono::milliseconds(20));
-            if (io_.stopped()) io_.restart();
-        }
-        return true;
-    }
+    bool wait(const std::function<bool()>& condition, std::chrono::seconds deadline = std::chrono::seconds(20));
     template <class T>
-    T run(boost::asio::awaitable<T> work) {
-        auto pending = start(std::move(work));
-        const bool ended = wait([&] { return pending->done(); });
-        if (!ended) throw std::runtime_error("the operation did not end within its deadline");
-        return std::move(*pending->result);
-    }
+    T run(boost::asio::awaitable<T> work);
 
   private:
     core::SystemClock clock_;

@@ -10,7 +10,7 @@
 #include <cstdio>
 #include <thread>
 
-#include "machine_rig.hpp"
+#include "machine_fixtures.hpp"
 #include "scripted_controller.hpp"
 
 namespace cmm::drivers {
@@ -24,29 +24,14 @@ using test::Request;
 using test::ScriptedController;
 using Clock = std::chrono::steady_clock;
 
-class ModbusFault : public testing::Test {
-  protected:
-    ModbusFault() {
-        settings_ = test::settings_for(controller_.url());
-        settings_.response_timeout_ms = 40.0;  // the tests wait for it often
-        rig_ = std::make_unique<MachineRig>(settings_);
-    }
-    Machine& machine() { return *rig_->machine; }
-    void begin() {
-        const auto found = rig_->run(machine().connect());
-        ASSERT_TRUE(found) << found.error().text();
-        const auto origin = rig_->run(machine().begin_run(std::nullopt));
-        ASSERT_TRUE(origin) << origin.error().text();
-    }
-    core::Result<ScanResult> scan(std::size_t points, RecordingSink& sink) {
-        const auto path = test::circle_path(20.0, 5.0, points, 10.0);
-        PointList source(path);
-        return rig_->run(machine().scan(ScanPath{}, source, sink));
-    }
-
+// The controller is there before the machine that connects to it.
+struct WithController {
     ScriptedController controller_;
-    LinkSettings settings_;
-    std::unique_ptr<MachineRig> rig_;
+};
+
+class ModbusFault : protected WithController, public test::PlayedMachineTest {
+  protected:
+    ModbusFault() : PlayedMachineTest(controller_.url()) {}
 };
 
 TEST_F(ModbusFault, ACommandIsExecutedOnceThoughItsReplyWasLost) {
@@ -239,7 +224,7 @@ TEST_F(ModbusFault, ARestartedControllerIsNoticed) {
 
 TEST_F(ModbusFault, ALinkThatStaysDownEndsTheScan) {
     settings_.reconnect_ms = 300.0;
-    rig_ = std::make_unique<MachineRig>(settings_);
+    link_to(settings_);
     begin();
     std::atomic<bool> dead{false};
     controller_.on_request([&](const Request&) { return dead ? Fault::closed : Fault::none; });
@@ -321,7 +306,7 @@ TEST_F(ModbusFault, AListenerThatSaysNothingIsNoController) {
 TEST_F(ModbusFault, AStopOvertakesATransactionInFlight) {
     settings_.response_timeout_ms = 50'000.0;  // longer than the test waits for the stop
     controller_.set_register(25, 60'000);      // a patient watchdog, so that the lost reply is waited for
-    rig_ = std::make_unique<MachineRig>(settings_);
+    link_to(settings_);
     begin();
     controller_.motions_take(1'000'000);
     std::atomic<bool> mute{false}, muted{false};
@@ -366,7 +351,7 @@ TEST_F(ModbusFault, AStopIsBroughtOverAFreshLinkWhenTheOldOneIsDead) {
 TEST_F(ModbusFault, StopInEveryStateDoesNoHarm) {
     machine().stop(StopKind::controlled);  // not connected yet
     machine().stop(StopKind::emergency);
-    rig_ = std::make_unique<MachineRig>(settings_);
+    link_to(settings_);
     begin();
     machine().stop(StopKind::controlled);
     machine().stop(StopKind::controlled);

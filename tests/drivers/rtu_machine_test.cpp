@@ -5,7 +5,7 @@
 #include <atomic>
 #include <cstdio>
 
-#include "ring_scan.hpp"
+#include "machine_fixtures.hpp"
 #include "scripted_serial.hpp"
 #include "tests/support/serial_gateway.hpp"
 #include "tests/support/serial_wire.hpp"
@@ -67,7 +67,7 @@ TEST(RtuMachine, ANoisyLineCostsTimeAndNoSample) {
     const test::Workshop workshop;
     const auto simulator = workshop.start(0.0, rtu_on(wire.device()));
     ASSERT_NE(simulator, nullptr);
-    wire.set_faults(3e-5, 3e-5);
+    wire.set_faults(1e-4, 1e-4);
     LinkStats stats;
     EXPECT_EQ(scan_ring(rtu_url(wire.host()), 2000, &stats).size(), 2000U);
     EXPECT_GT(wire.spoilt(), 0U);
@@ -76,29 +76,14 @@ TEST(RtuMachine, ANoisyLineCostsTimeAndNoSample) {
 }
 
 /// A controller whose every reply and silence the test decides.
-class RtuFault : public testing::Test {
-  protected:
-    RtuFault() : controller_(wire_.device()) {
-        settings_ = test::settings_for(rtu_url(wire_.host()));
-        settings_.response_timeout_ms = 40.0;
-        rig_ = std::make_unique<MachineRig>(settings_);
-    }
-    Machine& machine() { return *rig_->machine; }
-    void begin() {
-        const auto found = rig_->run(machine().connect());
-        ASSERT_TRUE(found) << found.error().text();
-        ASSERT_TRUE(rig_->run(machine().begin_run(std::nullopt)));
-    }
-    core::Result<ScanResult> scan(std::size_t points, RecordingSink& sink) {
-        const auto path = test::circle_path(20.0, 5.0, points, 10.0);
-        PointList source(path);
-        return rig_->run(machine().scan(ScanPath{}, source, sink));
-    }
-
+struct WithController {
     SerialWire wire_;
-    ScriptedSerial controller_;
-    LinkSettings settings_;
-    std::unique_ptr<MachineRig> rig_;
+    ScriptedSerial controller_{wire_.device()};
+};
+
+class RtuFault : protected WithController, public test::PlayedMachineTest {
+  protected:
+    RtuFault() : PlayedMachineTest(rtu_url(wire_.host())) {}
 };
 
 class RtuScanFault : public RtuFault, public testing::WithParamInterface<Fault> {};
@@ -166,7 +151,7 @@ TEST_F(RtuFault, AStopDoesNotWaitForAReplyThatDoesNotCome) {
         machine.set_register(25, 10'000, true);  // a patient watchdog, so that the lost reply is waited for
         machine.motions_take(1'000'000);
     });
-    rig_ = std::make_unique<MachineRig>(settings_);
+    link_to(settings_);
     begin();
     std::atomic<bool> mute{false}, muted{false};
     controller_.on_request([&](const Request& request) {
@@ -224,7 +209,7 @@ TEST_F(RtuFault, NobodyOnTheLineIsSaidSo) {
 }
 
 TEST_F(RtuFault, ALineTooSlowForTheWatchdogIsRefused) {
-    rig_ = std::make_unique<MachineRig>(test::settings_for("modbus+rtu://" + wire_.host() + "?baud=9600"));
+    link_to(test::settings_for("modbus+rtu://" + wire_.host() + "?baud=9600"));
     const auto found = rig_->run(machine().connect());
     ASSERT_FALSE(found);
     EXPECT_EQ(found.error().code, core::ErrorCode::protocol_mismatch);

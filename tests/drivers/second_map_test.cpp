@@ -2,9 +2,8 @@
 // A controller that is laid out differently: driver and simulator know it from the same file and from nothing else.
 #include <gtest/gtest.h>
 
-#include "machine_rig.hpp"
+#include "machine_fixtures.hpp"
 #include "tests/support/serial_wire.hpp"
-#include "workshop.hpp"
 
 namespace cmm::drivers {
 namespace {
@@ -14,45 +13,27 @@ using test::RecordingSink;
 
 constexpr const char* map_file = "config/maps/plc-le.toml";
 
-class SecondMap : public testing::Test {
+class SecondMap : public test::SimulatedMachineTest {
   protected:
     void bring_up(double speed, const sim::Listen& listen = {}, const std::string& url = {}) {
-        simulator_ = workshop_.start(speed, listen, map_file);
-        ASSERT_NE(simulator_, nullptr);
+        ASSERT_NO_FATAL_FAILURE(start(speed, listen, map_file));
         LinkSettings settings = test::settings_for(url.empty() ? simulator_->url() : url);
         settings.map_file = map_file;
-        rig_ = std::make_unique<MachineRig>(settings);
-        const auto found = rig_->run(machine().connect());
-        ASSERT_TRUE(found) << found.error().text();
-        lsb_mm_ = found->lsb_mm;
-        EXPECT_DOUBLE_EQ(lsb_mm_, 200e-6);
-        EXPECT_EQ(found->path_window, 9U);
-        EXPECT_NEAR(found->limit_max_mm.z(), 700.0, 1e-9);
-        EXPECT_EQ(found->model, "cmmlive sim");
-        ASSERT_TRUE(rig_->run(machine().begin_run(std::nullopt)));
-        expect_done(rig_->run(machine().home()));
-        expect_done(rig_->run(machine().qualify(test::ball_radius_mm)));
-        expect_done(rig_->run(machine().move({40.0, 0.0, 60.0}, 200.0)));
-        expect_done(rig_->run(machine().move({40.0, 0.0, 20.0}, 200.0)));
+        ASSERT_NO_FATAL_FAILURE(SimulatedMachineTest::bring_up(settings));
+        EXPECT_DOUBLE_EQ(found_.lsb_mm, 200e-6);
+        EXPECT_EQ(found_.path_window, 9U);
+        EXPECT_NEAR(found_.limit_max_mm.z(), 700.0, 1e-9);
+        EXPECT_EQ(found_.model, "cmmlive sim");
     }
-    static void expect_done(const core::Status& status) { EXPECT_TRUE(status) << status.error().text(); }
-    Machine& machine() { return *rig_->machine; }
     void scan(std::size_t count, double speed_mm_s, RecordingSink& sink) {
-        const auto points = test::circle_path(test::centre_radius_mm, 20.0, count, speed_mm_s);
-        PointList source(points);
-        const auto scanned = rig_->run(machine().scan(ScanPath{.id = 5}, source, sink));
+        const auto scanned =
+            scan_points(test::circle_path(test::centre_radius_mm, 20.0, count, speed_mm_s), sink, {.id = 5});
         ASSERT_TRUE(scanned) << scanned.error().text();
         EXPECT_EQ(scanned->points_passed, count);
         EXPECT_EQ(sink.delivered(), count);
         EXPECT_TRUE(sink.out_of_order.empty());
-        for (const auto& sample : sink.kept)
-            ASSERT_NEAR(core::centre_mm(sample, lsb_mm_).head<2>().norm(), test::centre_radius_mm, 0.002);
+        expect_on_circle(sink);
     }
-
-    test::Workshop workshop_;
-    std::unique_ptr<sim::Simulator> simulator_;
-    std::unique_ptr<MachineRig> rig_;
-    double lsb_mm_ = 0.0;
 };
 
 TEST_F(SecondMap, APathLongerThanItsCountersIsScanned) {
@@ -85,12 +66,10 @@ TEST_F(SecondMap, TouchStopAndFaultAreUnderstood) {
     EXPECT_NEAR(contact->x(), test::centre_radius_mm, 0.005);
     ASSERT_EQ(sink.kept.size(), 1U);
     EXPECT_NE(sink.kept[0].flags & core::sample_flag::touch, 0);
-    const auto points = test::circle_path(test::centre_radius_mm, 20.0, 2000, 2.0);
-    PointList source(points);
     sink.on_delivery = [&] {
         if (sink.delivered() >= 20) machine().stop(StopKind::emergency);
     };
-    const auto scanned = rig_->run(machine().scan(ScanPath{}, source, sink));
+    const auto scanned = scan_points(test::circle_path(test::centre_radius_mm, 20.0, 2000, 2.0), sink);
     ASSERT_FALSE(scanned);
     EXPECT_EQ(scanned.error().code, core::ErrorCode::machine_emergency) << scanned.error().text();
     const auto state = rig_->run(machine().state());
@@ -99,11 +78,11 @@ TEST_F(SecondMap, TouchStopAndFaultAreUnderstood) {
     EXPECT_TRUE(state->homed && state->qualified && state->owned_by_us);
     EXPECT_FALSE(state->in_motion);
     EXPECT_EQ(state->fault, "emergency stop");
-    expect_done(rig_->run(machine().clear_fault(true)));
+    test::expect_done(rig_->run(machine().clear_fault(true)));
 }
 
 TEST_F(SecondMap, TheOtherMapIsNotMistakenForIt) {
-    simulator_ = workshop_.start(0.0);
+    start(0.0);
     LinkSettings settings = test::settings_for(simulator_->url());
     settings.map_file = map_file;
     MachineRig rig(settings);

@@ -1,57 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "machine_rig.hpp"
-#include "workshop.hpp"
+#include "machine_fixtures.hpp"
 
 namespace cmm::drivers {
 namespace {
 
+using test::centre_radius_mm;
 using test::MachineRig;
 using test::RecordingSink;
 
-using test::ball_radius_mm;
-using test::centre_radius_mm;
-using test::Workshop;
-
-class SimMachine : public testing::Test {
+class SimMachine : public test::SimulatedMachineTest {
   protected:
     void bring_up(double speed) {
-        simulator_ = workshop_.start(speed);
-        ASSERT_NE(simulator_, nullptr);
-        rig_ = std::make_unique<MachineRig>(test::settings_for(simulator_->url()));
-        const auto found = rig_->run(machine().connect());
-        ASSERT_TRUE(found) << found.error().text();
-        lsb_mm_ = found->lsb_mm;
-        const auto origin = rig_->run(machine().begin_run(std::nullopt));
-        ASSERT_TRUE(origin) << origin.error().text();
-        expect_done(rig_->run(machine().home()));
-        expect_done(rig_->run(machine().qualify(ball_radius_mm)));
-        expect_done(rig_->run(machine().move({40.0, 0.0, 60.0}, 200.0)));
-        expect_done(rig_->run(machine().move({40.0, 0.0, 20.0}, 200.0)));
+        ASSERT_NO_FATAL_FAILURE(start(speed));
+        SimulatedMachineTest::bring_up(test::settings_for(simulator_->url()));
     }
-    static void expect_done(const core::Status& status) { EXPECT_TRUE(status) << status.error().text(); }
-    Machine& machine() { return *rig_->machine; }
-    void expect_on_circle(const RecordingSink& sink) const {
-        for (const auto& sample : sink.kept) {
-            const Eigen::Vector3d centre = core::centre_mm(sample, lsb_mm_);
-            ASSERT_NEAR(centre.head<2>().norm(), centre_radius_mm, 0.002) << "sample " << sample.sequence;
-        }
-    }
-
-    Workshop workshop_;
-    std::unique_ptr<sim::Simulator> simulator_;
-    std::unique_ptr<MachineRig> rig_;
-    double lsb_mm_ = 0.0;
 };
 
 TEST_F(SimMachine, ScansAKnownPathCompletely) {
     bring_up(0.0);
     const auto points = test::circle_path(centre_radius_mm, 20.0, 5000, 50.0);
-    PointList source(points);
     RecordingSink sink;
-    const ScanPath path{.id = 7, .approach_mm = 2.0, .search_mm = 1.0, .retract_mm = 2.0};
-    const auto scanned = rig_->run(machine().scan(path, source, sink));
+    const auto scanned = scan_points(points, sink, {.id = 7, .approach_mm = 2.0, .search_mm = 1.0, .retract_mm = 2.0});
     ASSERT_TRUE(scanned) << scanned.error().text();
     EXPECT_EQ(scanned->points_passed, 5000U);
     EXPECT_EQ(scanned->first_sequence, 1U);
@@ -86,9 +57,8 @@ TEST_F(SimMachine, ALongPathOverrunsNothingAndArrivesOnce) {
     bring_up(0.0);
     constexpr std::size_t count = 60'000;  // many times the controller's FIFO and path store
     const auto points = test::circle_path(centre_radius_mm, 20.0, count, 300.0);
-    PointList source(points);
     RecordingSink sink;
-    const auto scanned = rig_->run(machine().scan(ScanPath{}, source, sink));
+    const auto scanned = scan_points(points, sink);
     ASSERT_TRUE(scanned) << scanned.error().text();
     EXPECT_EQ(scanned->points_passed, count);
     EXPECT_EQ(scanned->last_sequence, count);
@@ -129,22 +99,8 @@ TEST_F(SimMachine, AnUnknownPathIsExtendedWhileItIsScanned) {
 
 TEST_F(SimMachine, AStopDuringAScanBrakesAndKeepsTheSamples) {
     bring_up(10.0);
-    const auto points = test::circle_path(centre_radius_mm, 20.0, 2000, 2.0);
-    PointList source(points);
-    RecordingSink sink;
-    sink.on_delivery = [&] {
-        if (sink.delivered() >= 20) machine().stop(StopKind::controlled);
-    };
-    const auto scanned = rig_->run(machine().scan(ScanPath{}, source, sink));
-    ASSERT_FALSE(scanned);
-    EXPECT_EQ(scanned.error().code, core::ErrorCode::cancelled) << scanned.error().text();
-    EXPECT_EQ(scanned.error().motion, core::Motion::stopped);
-    const auto state = rig_->run(machine().state());
-    ASSERT_TRUE(state);
-    EXPECT_EQ(state->state, MachineState::stopped);
-    EXPECT_EQ(state->newest_sequence, sink.last);
-    EXPECT_EQ(state->acknowledged_sequence, sink.last);
-    expect_done(rig_->run(machine().clear_fault()));
+    stop_during_a_scan();
+    test::expect_done(rig_->run(machine().clear_fault()));
 }
 
 TEST_F(SimMachine, AHostThatFallsSilentIsStoppedByTheWatchdogAndResumed) {
@@ -169,7 +125,7 @@ TEST_F(SimMachine, AHostThatFallsSilentIsStoppedByTheWatchdogAndResumed) {
         .boot_id = successor.run(second.connect())->boot_id, .sequence_shift = 0, .last_sequence = 0};
     const auto resumed = successor.run(second.begin_run(origin));
     ASSERT_TRUE(resumed) << resumed.error().text();
-    expect_done(successor.run(second.clear_fault()));
+    test::expect_done(successor.run(second.clear_fault()));
     RecordingSink rest;
     const auto drained = successor.run(second.drain(rest));
     ASSERT_TRUE(drained) << drained.error().text();
