@@ -9,18 +9,20 @@ if(CMMLIVE_WERROR)
     target_compile_options(cmm_options INTERFACE -Werror)
 endif()
 target_compile_definitions(cmm_options INTERFACE EIGEN_MPL2_ONLY)
+# What is instrumented: the layers and the program; the tests' own code where CMMLIVE_SANITIZE_TESTS says so.
+add_library(cmm_sanitized INTERFACE)
 if(CMMLIVE_SANITIZE)
-    target_compile_options(cmm_options INTERFACE -fsanitize=${CMMLIVE_SANITIZE} -fno-omit-frame-pointer)
     target_link_options(cmm_options INTERFACE -fsanitize=${CMMLIVE_SANITIZE})
+    target_compile_options(cmm_sanitized INTERFACE -fsanitize=${CMMLIVE_SANITIZE} -fno-omit-frame-pointer -O1 -g1 -UNDEBUG)
     # GCC 12 takes Asio's inlined coroutine frame allocator for a mismatched new/delete when it instruments.
-    target_compile_options(cmm_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-mismatched-new-delete>)
+    target_compile_options(cmm_sanitized INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-mismatched-new-delete>)
     # Asio's fences are beside its mutexes; that the thread sanitizer does not see them is no finding.
     if(CMMLIVE_SANITIZE MATCHES "thread")
-        target_compile_options(cmm_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-tsan>)
+        target_compile_options(cmm_sanitized INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-tsan>)
     endif()
     if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMMLIVE_SANITIZE MATCHES "undefined")
         # These four double the time to compile; a null pointer is the address sanitizer's, x86 needs no alignment.
-        target_compile_options(cmm_options INTERFACE -fno-sanitize-recover=undefined
+        target_compile_options(cmm_sanitized INTERFACE -fno-sanitize-recover=undefined
             -fno-sanitize=null,alignment,object-size,vptr)
     endif()
 endif()

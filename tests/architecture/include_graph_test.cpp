@@ -70,6 +70,18 @@ TEST(IncludeGraph, NothingPointsUpward) {
     }
 }
 
+TEST(IncludeGraph, EverySourceIncludesItsOwnHeaderFirst) {
+    std::string before;
+    for (const auto& include : includes()) {
+        const bool first = include.file != before;
+        before = include.file;
+        const std::string own = fs::path(include.file).replace_extension(".hpp");
+        if (!first || !include.file.ends_with(".cpp") || !fs::exists(own)) continue;
+        EXPECT_EQ(include.target, own) << include.file << ":" << include.line << ": only so does " << own
+                                       << " prove that it compiles alone";
+    }
+}
+
 TEST(IncludeGraph, ClosedLayersKnowOnlyTheirLibraries) {
     for (const auto& include : includes()) {
         const auto rule = third_party.find(include.layer);
