@@ -10,6 +10,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "drivers/machine_file.hpp"
+#include "sim/fault_plan.hpp"
 
 namespace cmm::app {
 namespace {
@@ -28,6 +29,8 @@ machine file (config/machines/*.toml):
   [link]    url, map, timeouts
   [controller] (simulation) limits, speeds, sample clock
 register map (config/maps/*.toml): docs/protocol-modbus.md
+fault plan (config/faults/*.toml, docs/reliability.md):
+  seed, [[fault]] what; samples, requests or seconds; again, for_s, times and what belongs to the kind
 )";
 
 std::string kind_text(acquisition::NominalKind kind) {
@@ -62,17 +65,21 @@ std::string shown(const acquisition::PartFile& part) {
     return "{" + fields.text() + "}";
 }
 
-/// A machine file has [link] or [controller]; anything else is taken for a part file.
-core::Result<bool> is_machine_file(const std::string& file) {
-    const auto root = core::ConfigTable::load(file);
-    if (!root) return tl::unexpected(root.error());
-    return root->has("link") || root->has("controller");
+core::Result<std::string> checked_faults(const std::string& file) {
+    const auto plan = sim::load_fault_plan(file);
+    if (!plan) return tl::unexpected(plan.error());
+    std::string kinds;
+    for (const sim::Fault& fault : plan->faults)
+        kinds += (kinds.empty() ? "" : ",") + acquisition::json_string(sim::to_string(fault.kind));
+    return "{\"faults\":[" + kinds + "]}";
 }
 
+/// A machine file has [link] or [controller], a fault plan [[fault]]; anything else is taken for a part file.
 core::Result<std::string> checked(const std::string& file) {
-    const auto machine = is_machine_file(file);
-    if (!machine) return tl::unexpected(machine.error());
-    if (*machine) {
+    const auto root = core::ConfigTable::load(file);
+    if (!root) return tl::unexpected(root.error());
+    if (root->has("fault")) return checked_faults(file);
+    if (root->has("link") || root->has("controller")) {
         const auto link = drivers::load_link_settings(file);
         if (!link) return tl::unexpected(link.error());
         return "{" +

@@ -71,7 +71,7 @@ class ControllerMachine final : public Machine {
     asio::awaitable<core::Result<std::uint64_t>> drain(SampleSink& sink) override;
     asio::awaitable<core::Result<MachineStatus>> state() override;
     asio::awaitable<core::Status> clear_fault(bool emergency_released) override;
-    void stop(StopKind kind) noexcept override { session_.port().stop(kind); }
+    void stop(StopKind kind) noexcept override { session_.stop(kind); }
     LinkStats link_stats() const override { return session_.port().stats(); }
     void set_trace(std::function<void(std::string_view)> line) override { session_.port().set_trace(std::move(line)); }
 

@@ -16,6 +16,7 @@ using Fate = Round::Fate;
 constexpr std::uint16_t command_running = 1;
 constexpr std::uint16_t command_failed = 3;
 constexpr double claim_again_ms = 50.0;
+constexpr double insist_every_ms = 300.0;  // longer than a stop takes that arrives, shorter than the watchdog time
 constexpr double busy_patience_ms = 1000.0;
 constexpr double stop_patience_ms = 5000.0;       // a machine brakes within a second; afterwards nothing is known
 constexpr double durable_patience_ms = 30'000.0;  // a slow disk, not a dead one
@@ -59,7 +60,27 @@ asio::awaitable<core::Result<StatusBlock>> Session::status() {
     co_return question.status;
 }
 
+void Session::stop(StopKind kind) noexcept {
+    const int wanted = kind == StopKind::emergency ? 2 : 1;
+    int present = stop_asked_.load();
+    while (present < wanted && !stop_asked_.compare_exchange_weak(present, wanted)) {
+    }
+    port_->stop(kind);
+}
+
+/// As long as we speak with the controller its watchdog will not do what a lost stop should have done.
+void Session::insist() {
+    const int asked = stop_asked_;
+    if (asked == 0) return;
+    const double now_ms = port_->now_ms();
+    if (insist_at_ms_ != 0.0 && now_ms < insist_at_ms_) return;
+    if (insist_at_ms_ != 0.0) port_->stop(asked == 2 ? StopKind::emergency : StopKind::controlled);
+    insist_at_ms_ = now_ms + insist_every_ms;
+}
+
 asio::awaitable<core::Status> Session::prepare() {
+    stop_asked_ = 0;
+    insist_at_ms_ = 0.0;
     if (!begun_) {
         co_return core::fail(core::ErrorCode::machine_refused, "no run has been begun on this machine",
                              core::Motion::not_concerned);
@@ -166,6 +187,7 @@ asio::awaitable<core::Result<FifoBlock>> Session::exchange(SampleSink* sink, Pat
         if (!next) co_return tl::unexpected(next.error());
         window = *next;
     }
+    insist();
     if (sink != nullptr) reader_.durable(sink->durable_sequence());
     round_.command = nullptr;
     round_.window = window;
@@ -248,7 +270,7 @@ asio::awaitable<core::Error> Session::abandon(core::Error error) {
     }
     end_motion();
     error.motion = core::Motion::unknown;
-    port_->stop(StopKind::controlled);
+    stop(StopKind::controlled);
     const double give_up_ms = port_->now_ms() + stop_patience_ms;
     while (port_->now_ms() < give_up_ms) {
         const auto present = co_await status();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <atomic>
 #include <boost/asio/awaitable.hpp>
 #include <memory>
 #include <optional>
@@ -47,6 +48,8 @@ class Session {
     boost::asio::awaitable<core::Status> settle(SampleSink& sink);
     /// After an error in a motion: stops the machine if it can be reached, and completes the error.
     boost::asio::awaitable<core::Error> abandon(core::Error error);
+    /// Any thread. A motion under way is told again and again until it ends: also a stop may get lost.
+    void stop(StopKind kind) noexcept;
     /// The failure of a command that has ended, or nothing.
     static std::optional<core::Error> failure(const StatusBlock& status);
 
@@ -62,6 +65,7 @@ class Session {
     boost::asio::awaitable<core::Status> claim(double patience_ms);
     core::Status deliver(SampleSink& sink);
     core::Error lost(core::Error error) const;
+    void insist();
     core::Result<RunOrigin> take_up(const StatusBlock& status, const std::optional<RunOrigin>& resume);
 
     std::unique_ptr<Port> port_;
@@ -70,7 +74,9 @@ class Session {
     std::uint32_t owner_;
     std::uint16_t command_sequence_ = 0;
     bool begun_ = false;
-    bool moving_ = false;  // a motion command of ours is under way
+    bool moving_ = false;             // a motion command of ours is under way
+    std::atomic<int> stop_asked_{0};  // 1 controlled, 2 emergency: since the last command
+    double insist_at_ms_ = 0.0;       // 0: not seen yet
     Capabilities capabilities_;
     SampleReader reader_;
     CommandBlock command_;

@@ -360,6 +360,21 @@ TEST_F(ModbusFault, StopInEveryStateDoesNoHarm) {
     EXPECT_TRUE(rig_->run(machine().home()));
 }
 
+TEST_F(ModbusFault, AStopThatGetsLostAgainAndAgainStopsTheScanAllTheSame) {
+    begin();
+    std::atomic<int> stops{0};
+    controller_.on_request(
+        [&](const Request& request) { return request.function == 6 && ++stops <= 5 ? Fault::closed : Fault::none; });
+    RecordingSink sink;
+    sink.on_delivery = [&] {
+        if (sink.delivered() >= 60 && stops == 0) machine().stop(StopKind::controlled);
+    };
+    const auto scanned = scan(200'000, sink);
+    ASSERT_FALSE(scanned);
+    EXPECT_EQ(scanned.error().code, ErrorCode::cancelled);
+    EXPECT_GT(stops, 5);
+}
+
 TEST_F(ModbusFault, AStopDuringAScanIsReportedAfterItsSamples) {
     begin();
     RecordingSink sink;

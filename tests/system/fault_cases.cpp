@@ -60,6 +60,7 @@ FaultCase of_host(std::string name, std::vector<std::string> errors, bool finish
     fault.name = std::move(name);
     fault.errors = std::move(errors);
     fault.finishes = finishes;
+    fault.stop_ms = by_watchdog_ms;
     return fault;
 }
 
@@ -80,8 +81,16 @@ std::vector<FaultCase> fault_cases() {
         stops("misclamped", "machine_no_contact"),
     };
     cases.back().curable = false;
-    for (const char* name : {"clock-jump-ahead", "clock-jump-back", "drift", "lift-off", "dirt", "part-shift"})
+    for (FaultCase& fault : cases) {
+        fault.finishes = fault.name == "lift-off-long";  // unnoticed at the end of a section
+        fault.spares_points = false;
+    }
+    for (const char* name : {"clock-jump-ahead", "clock-jump-back"})
         cases.push_back(harmless(name));
+    for (const char* name : {"drift", "lift-off", "dirt", "part-shift"}) {
+        cases.push_back(harmless(name));
+        cases.back().spares_points = false;
+    }
     for (int code = 1; code <= 5; ++code)
         cases.push_back(refusal(code));
     for (const char* name : {"exception-6", "delay-short", "delay", "lost-reply", "bad-crc", "split", "split-wide",

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <map>
+#include <mutex>
 #include <regex>
 
 #include "acquisition/journal.hpp"
@@ -18,6 +20,7 @@ namespace {
 constexpr const char* part = "tests/system/parts/fault-job.toml";
 constexpr auto deadline = std::chrono::seconds(40);
 constexpr int most_resumes = 4;
+constexpr auto asking = std::chrono::milliseconds(1000);  // for another host to connect and to be told
 
 std::string endpoint(Wire wire, const TemporaryFolder& folder) {
     if (wire == Wire::rtu) return "modbus+rtu://" + folder.path() + "/port?pty=yes&baud=115200&parity=none&unit=5";
@@ -29,8 +32,17 @@ bool of_host(const FaultCase& fault) {
     return fault.name.starts_with("host-") || fault.name.starts_with("disk-");
 }
 
+std::string text_of(const std::string& path) {
+    std::ifstream in(path);
+    return std::string(std::istreambuf_iterator<char>(in), {});
+}
+
 bool finished(const Finished& run) {
     return run.exit_code >= 0 && run.exit_code <= 2;
+}
+
+bool is_at_rest(const std::string& state) {
+    return state == "idle" || state == "stopped" || state == "fault" || state == "emergency stop";
 }
 
 /// The code of the error that a run with --json ended with, and whether it came with advice.
@@ -45,6 +57,19 @@ Ending ending_of(const Finished& run) {
     return {error["code"], !error["advice"].get<std::string>().empty()};
 }
 
+/// The points of the job with this seed when nothing breaks, over TCP.
+std::string points_without_faults(std::uint64_t seed) {
+    static std::mutex mutex;
+    static std::map<std::uint64_t, std::string> known;
+    const std::lock_guard lock(mutex);
+    const auto found = known.find(seed);
+    if (found != known.end()) return found->second;
+    const TemporaryFolder folder;
+    const SimulatedMachine machine(part, folder, {"--speed", "20", "--seed", std::to_string(seed)});
+    const auto scan = Process(scan_command(machine, part, folder / "out", false), folder / "scan").wait(deadline);
+    return known[seed] = finished(scan) ? text_of(folder / "out/points.csv") : "the job fails without a fault";
+}
+
 /// One run of the matrix: a machine, and the host's attempts on it.
 class Rehearsal {
   public:
@@ -52,6 +77,7 @@ class Rehearsal {
         : fault_(fault),
           folder_(folder),
           out_(folder / "out"),
+          seed_(seed),
           rng_(core::Rng::keyed(seed, 11, static_cast<std::uint64_t>(wire))),
           machine_(part, folder, options(fault, seed), endpoint(wire, folder)) {}
 
@@ -62,6 +88,7 @@ class Rehearsal {
         }
         auto last = attempt(true);
         result_.finished_at_once = finished(last);
+        if (of_host(fault_) && fault_.stop_ms > 0.0 && !finished(last)) watch_rest();
         if (!finished(last)) judge_end(last);
         if (!fault_.finishes && finished(last) && struck()) result_.wrong = "finished though it should not";
         bool done = finished(last);
@@ -76,7 +103,10 @@ class Rehearsal {
         if (!done && fault_.curable && result_.good()) result_.wrong = "does not finish: " + last.err;
         machine_.end();
         judge_machine();
-        if (std::filesystem::exists(run_file())) result_.lost = compare_samples(run_file(), machine_.log());
+        if (done && std::filesystem::exists(run_file())) result_.lost = compare_samples(run_file(), machine_.log());
+        const bool same_points = fault_.spares_points && result_.finished_at_once;
+        if (same_points && text_of(out_ + "/points.csv") != points_without_faults(seed_))
+            result_.wrong = "the points are not those of a run without faults";
         return result_;
     }
 
@@ -134,9 +164,20 @@ class Rehearsal {
         if (expected && !end.advised) result_.wrong = end.code + " comes without advice";
     }
 
+    /// The simulator cannot know when the host died: it is asked by another one until it stands.
+    void watch_rest() {
+        const auto began = std::chrono::steady_clock::now();
+        const auto patience = std::chrono::milliseconds(static_cast<int>(fault_.stop_ms)) + asking;
+        const bool stands = wait_for([this] { return is_at_rest(state_of(machine_).state); }, patience);
+        result_.moved = true;
+        result_.rest_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - began).count();
+        if (!stands) result_.unsafe = "the machine still moves";
+    }
+
     void judge_machine() {
         const std::string told = machine_.process().err();
         result_.struck = struck();
+        if (of_host(fault_)) return;
         result_.moved = told.find("machine in motion") != std::string::npos;
         if (!result_.moved || fault_.stop_ms == 0.0) return;
         const std::regex rest("at rest ([0-9.]+) ms later, ([0-9.]+) ms of the machine");
@@ -152,6 +193,7 @@ class Rehearsal {
     const FaultCase& fault_;
     const TemporaryFolder& folder_;
     std::string out_;
+    std::uint64_t seed_;
     core::Rng rng_;
     SimulatedMachine machine_;
     FaultRun result_;

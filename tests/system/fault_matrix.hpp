@@ -22,6 +22,7 @@ struct FaultCase {
     bool finishes = true;             ///< by itself, also where it may end with an error
     double stop_ms = 0.0;             ///< the machine has to stand so long after the fault; 0: it need not stop
     bool lasting = false;             ///< to be waited for before the run is resumed
+    bool spares_points = true;        ///< a run that finishes by itself gives the same points as without it
     bool curable = true;              ///< the job can be finished afterwards
     std::string speed = "20";         ///< of the simulator: the job takes about a second
     std::vector<Wire> wires{Wire::tcp, Wire::rtu, Wire::line};
@@ -44,7 +45,7 @@ struct FaultRun {
 FaultRun run_fault(const FaultCase& fault, Wire wire, std::uint64_t seed, const TemporaryFolder& folder);
 
 /// The samples of the run file against the simulator's log: each once and in order; of a controller that was restarted,
-/// the first part of what it had recorded until then. Empty: all is well.
+/// the first part of what it had recorded until then. For a job that is done. Empty: all is well.
 std::string compare_samples(const std::string& run_file, const std::string& log_file);
 
 }  // namespace cmm::test

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole fault matrix, as a table (./run faults):
-// fault_matrix [--seeds N] [--first SEED] [--only NAME] [--wire tcp|rtu|line] [--jobs N] [--keep DIR] [--out FILE]
+// fault_matrix [--seeds N] [--first SEED] [--only NAME] [--wire tcp|rtu|line] [--jobs N] [--minutes N]
+// [--keep DIR] [--out FILE]; after so many minutes no run is begun any more.
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -73,6 +75,7 @@ constexpr const char* head =
 struct Options {
     std::uint64_t seeds = 50, first = 1;
     int jobs = 3;
+    double minutes = 1e6;
     std::string only, wire, keep, out;
 };
 
@@ -84,6 +87,7 @@ Options read_options(int argc, char** argv) {
         if (key == "--seeds") options.seeds = std::strtoull(value, nullptr, 10);
         if (key == "--first") options.first = std::strtoull(value, nullptr, 10);
         if (key == "--jobs") options.jobs = std::atoi(value);
+        if (key == "--minutes") options.minutes = std::atof(value);
         if (key == "--only") options.only = value;
         if (key == "--wire") options.wire = value;
         if (key == "--keep") options.keep = value;
@@ -111,8 +115,9 @@ Table run_all(const Options& options) {
     Table table;
     std::mutex mutex;
     std::atomic<std::size_t> next{0};
+    const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double, std::ratio<60>>(options.minutes);
     const auto work = [&] {
-        for (std::size_t at = next++; at < tasks.size(); at = next++) {
+        for (std::size_t at = next++; at < tasks.size() && std::chrono::steady_clock::now() < end; at = next++) {
             const Task& task = tasks[at];
             const TemporaryFolder folder;
             const FaultRun run = run_fault(task.fault, task.wire, task.seed, folder);

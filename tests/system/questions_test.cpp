@@ -85,6 +85,8 @@ TEST(Questions, ConfigurationIsCheckedShownAndExplained) {
     EXPECT_EQ(part.at("nominal"), "parametric");
     EXPECT_EQ(part.at("heights_mm").size(), 8U);
     EXPECT_EQ(part.at("stylus_radius_mm"), 1.0);
+    const auto faults = json_of({cmmlive(), "config", "check", "config/faults/door.toml", "--json"});
+    EXPECT_EQ(faults["faults"][0], "door") << faults.dump();
     const auto machine = json_of({cmmlive(), "config", "check", "config/machines/sim.toml", "--json"});
     EXPECT_NE(machine.at("url").get<std::string>().find("modbus+tcp://127.0.0.1:1502"), std::string::npos);
     EXPECT_EQ(run({cmmlive(), "config", "show"}).exit_code, 3);
