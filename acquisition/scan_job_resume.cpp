@@ -129,16 +129,9 @@ boost::asio::awaitable<core::Result<Eigen::Vector3d>> ScanJob::ready() {
         now = co_await machine_.state();
     }
     if (!now) co_return tl::unexpected(now.error());
-    const bool emergency = now->state == drivers::MachineState::emergency;
-    if (emergency || now->state == drivers::MachineState::stopped || now->state == drivers::MachineState::fault) {
-        if (auto status = co_await machine_.clear_fault(); !status) {
-            core::Error error = status.error();
-            if (emergency && error.code == core::ErrorCode::machine_refused) {
-                error.code = core::ErrorCode::machine_emergency;
-                error.message = "the emergency stop is still pressed";
-            }
-            co_return tl::unexpected(std::move(error));
-        }
+    if (now->state == drivers::MachineState::stopped || now->state == drivers::MachineState::fault ||
+        now->state == drivers::MachineState::emergency) {
+        if (auto status = co_await machine_.clear_fault(); !status) co_return tl::unexpected(status.error());
     }
     co_return now->position_mm;
 }

@@ -145,9 +145,12 @@ core::Status ControllerMachine::check_target(const Eigen::Vector3d& centre_mm, d
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
         const double value = centre_mm[axis];
         if (value >= machine.limit_min_mm[axis] && value <= machine.limit_max_mm[axis]) continue;
-        return refuse("target " + std::string(names[static_cast<std::size_t>(axis)]) + " = " + core::fixed(value, 3) +
-                      " mm lies outside the travel limits " + core::fixed(machine.limit_min_mm[axis], 3) + " to " +
-                      core::fixed(machine.limit_max_mm[axis], 3) + " mm");
+        return core::fail(core::ErrorCode::machine_limit,
+                          "target " + std::string(names[static_cast<std::size_t>(axis)]) + " = " +
+                              core::fixed(value, 3) + " mm lies outside the travel limits " +
+                              core::fixed(machine.limit_min_mm[axis], 3) + " to " +
+                              core::fixed(machine.limit_max_mm[axis], 3) + " mm",
+                          core::Motion::stopped);
     }
     if (speed_mm_s > 0.0 && speed_mm_s <= machine.max_speed_mm_s) return {};
     return refuse("a speed of " + core::fixed(speed_mm_s, 3) + " mm/s is not within 0 to " +

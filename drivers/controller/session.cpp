@@ -15,6 +15,7 @@ using Fate = Round::Fate;
 
 constexpr std::uint16_t command_running = 1;
 constexpr std::uint16_t command_failed = 3;
+constexpr std::uint16_t result_refused = 4;
 constexpr double claim_again_ms = 50.0;
 constexpr double insist_every_ms = 300.0;  // longer than a stop takes that arrives, shorter than the watchdog time
 constexpr double busy_patience_ms = 1000.0;
@@ -155,7 +156,9 @@ asio::awaitable<core::Result<StatusBlock>> Session::give(Opcode opcode, std::arr
 
 std::optional<core::Error> Session::failure(const StatusBlock& status) {
     if (status.command_state != command_failed) return std::nullopt;
-    core::Error error = error_of_result(status.result);
+    // Refused because of a stop or fault before it: that is what the user has to know.
+    const bool halted = status.result == result_refused && status.fault != 0;
+    core::Error error = error_of_result(halted ? status.fault : status.result);
     error.motion = motion_of(status);
     return error;
 }

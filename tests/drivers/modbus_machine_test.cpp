@@ -190,7 +190,8 @@ TEST_F(ModbusMachineTest, AnEmergencyStopIsClearedByAPersonOnly) {
     EXPECT_EQ(controller_.stop_value(), 2U);
     const auto refused = rig_.run(machine().clear_fault(false));
     ASSERT_FALSE(refused);
-    EXPECT_EQ(refused.error().code, ErrorCode::machine_refused);
+    EXPECT_EQ(refused.error().code, ErrorCode::machine_emergency) << "why it is refused, not that";
+    EXPECT_EQ(rig_.run(machine().move({1.0, 2.0, 3.0}, 10.0)).error().code, ErrorCode::machine_emergency);
     EXPECT_TRUE(rig_.run(machine().clear_fault(true)));
 }
 
@@ -209,7 +210,7 @@ TEST_F(ModbusMachineTest, RefusesTargetsOutsideTheLimits) {
     begin();
     const auto moved = rig_.run(machine().move({0.0, 900.0, 0.0}, 10.0));
     ASSERT_FALSE(moved);
-    EXPECT_EQ(moved.error().code, ErrorCode::machine_refused);
+    EXPECT_EQ(moved.error().code, ErrorCode::machine_limit);
     EXPECT_NE(moved.error().text().find("y = 900.000"), std::string::npos) << moved.error().text();
     EXPECT_FALSE(rig_.run(machine().move({0.0, 0.0, 0.0}, 1e6)));
     EXPECT_FALSE(rig_.run(machine().move({0.0, std::nan(""), 0.0}, 10.0)));

@@ -85,6 +85,10 @@ std::vector<FaultCase> fault_cases() {
         fault.finishes = fault.name == "lift-off-long";  // unnoticed at the end of a section
         fault.spares_points = false;
     }
+    for (const char* name : {"door", "emergency"}) {
+        cases.push_back(stops(name + std::string("-anytime"), std::string("machine_") + name, true));
+        cases.back().finishes = true;  // when the job is done already
+    }
     for (const char* name : {"clock-jump-ahead", "clock-jump-back"})
         cases.push_back(harmless(name));
     for (const char* name : {"drift", "lift-off", "dirt", "part-shift"}) {
