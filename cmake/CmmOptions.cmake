@@ -14,6 +14,8 @@ add_library(cmm_sanitized INTERFACE)
 if(CMMLIVE_SANITIZE)
     target_link_options(cmm_options INTERFACE -fsanitize=${CMMLIVE_SANITIZE})
     target_compile_options(cmm_sanitized INTERFACE -fsanitize=${CMMLIVE_SANITIZE} -fno-omit-frame-pointer -O1 -g1 -UNDEBUG)
+    # Eigen pads its memory under the address sanitizer: what frees it must agree, instrumented or not.
+    target_compile_definitions(cmm_sanitized INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
     # GCC 12 takes Asio's inlined coroutine frame allocator for a mismatched new/delete when it instruments.
     target_compile_options(cmm_sanitized INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-mismatched-new-delete>)
     # Asio's fences are beside its mutexes; that the thread sanitizer does not see them is no finding.
