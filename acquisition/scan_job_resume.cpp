@@ -41,6 +41,8 @@ ScanJob::Step ScanJob::begin_run() {
     owner_ = true;
     if (auto status = start_journal(*origin); !status) co_return status;
     intake_ = std::make_unique<SampleIntake>(*journal_, events_);
+    // A stop or fault that another run ended with is not in the way of this one, once its cause is gone.
+    if (const auto where = co_await ready(); !where) co_return tl::unexpected(where.error());
     co_return core::Status{};
 }
 

@@ -89,6 +89,18 @@ struct ScanJobTest : ::testing::Test {
     }
 };
 
+TEST_F(ScanJobTest, AStopThatAnotherRunEndedWithIsNotInTheWayOfANewOne) {
+    for (const auto state :
+         {drivers::MachineState::stopped, drivers::MachineState::fault, drivers::MachineState::emergency}) {
+        std::filesystem::remove(file);
+        machine.status.state = state;
+        const auto ran = run();
+        ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+        EXPECT_EQ(machine.count("clear_fault"), 1U);
+        forget();
+    }
+}
+
 TEST_F(ScanJobTest, MeasuresAndJudgesEverySection) {
     const auto ran = run();
     ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
