@@ -13,6 +13,7 @@ namespace sample_flag {
 inline constexpr std::uint16_t no_contact = 1U << 0;      ///< the stylus was off the surface: no measurement
 inline constexpr std::uint16_t over_deflected = 1U << 1;  ///< deflection outside the linear range
 inline constexpr std::uint16_t touch = 1U << 2;           ///< taken by a touch, not by a scan
+inline constexpr std::uint16_t apart = 1U << 3;           ///< taken by hand at another height than the section's
 }  // namespace sample_flag
 
 /// One recorded point, as the controller gave it: counts are kept, not re-rounded doubles. Trivially copyable.
@@ -26,6 +27,11 @@ struct Sample {
     std::int32_t deflection_counts = 0;    ///< probe deflection; 0 where the probe has none
 };
 static_assert(std::is_trivially_copyable_v<Sample>);
+
+/// Whether the sample is a point of the section that its path measures; the others are kept, no more.
+inline bool of_section(const Sample& sample) {
+    return (sample.flags & (sample_flag::touch | sample_flag::apart)) == 0;
+}
 
 /// The ball centre in millimetres, machine frame. `lsb_mm` is the controller's count size (identity registers).
 inline Eigen::Vector3d centre_mm(const Sample& sample, double lsb_mm) {

@@ -32,10 +32,12 @@ constexpr OptionForm rtu_unit_option{"unit", 1, 247, {}};  // 0 is a broadcast: 
 constexpr OptionForm baud_option{"baud", line_speeds.front(), line_speeds.back(), {}};
 constexpr OptionForm parity_option{"parity", 0, 0, {"none", "even", "odd"}};
 constexpr OptionForm stop_bits_option{"stop_bits", 1, 2, {}};
+constexpr OptionForm data_bits_option{"data_bits", 7, 8, {}};
 constexpr OptionForm rts_option{"rts", 0, 0, {"none", "up", "down"}};
 constexpr OptionForm rts_delay_option{"rts_delay_us", 0, 100'000, {}};
 constexpr OptionForm turnaround_option{"turnaround_ms", 0, 100, {}};
 constexpr OptionForm gap_option{"gap_us", 0, 100'000, {}};
+constexpr OptionForm replay_speed_option{"speed", 0, 1000, {}};
 constexpr OptionForm pty_option{"pty", 0, 0, {"no", "yes"}};
 
 struct SchemeForm {
@@ -53,13 +55,17 @@ constexpr std::array gateway_options{rtu_unit_option,  baud_option,       parity
                                      stop_bits_option, turnaround_option, gap_option};
 constexpr std::array line_options{baud_option, parity_option, stop_bits_option, pty_option};
 
+constexpr std::array dro_options{baud_option, parity_option, stop_bits_option, data_bits_option, pty_option};
+constexpr std::array replay_options{replay_speed_option};
+
 constexpr std::array schemes{
     SchemeForm{"modbus+tcp", Form::network, 502, "modbus+tcp://host:502?unit=1", tcp_options},
     SchemeForm{"modbus+rtu", Form::device, 0, "modbus+rtu:///dev/ttyUSB0?baud=115200&parity=even", rtu_options},
     SchemeForm{"modbus+rtu+tcp", Form::network, 502, "modbus+rtu+tcp://gateway:502?unit=1", gateway_options},
     SchemeForm{"line+serial", Form::device, 0, "line+serial:///dev/ttyUSB0?baud=115200", line_options},
+    SchemeForm{"dro+serial", Form::device, 0, "dro+serial:///dev/ttyUSB0?baud=9600", dro_options},
     SchemeForm{"ipp", Form::network, 1294, "ipp://host:1294", {}},
-    SchemeForm{"replay", Form::file, 0, "replay:run.cmmrun", {}},
+    SchemeForm{"replay", Form::file, 0, "replay:run.cmmrun?speed=1", replay_options},
     SchemeForm{"demo", Form::nothing, 0, "demo:", {}},
 };
 

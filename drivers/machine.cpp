@@ -31,6 +31,11 @@ std::string_view to_string(MachineState state) noexcept {
     return "unknown";
 }
 
+boost::asio::awaitable<core::Result<ScanResult>> Machine::receive(ScanPath /*path*/, HandSink& /*sink*/) {
+    co_return core::fail(core::ErrorCode::machine_refused, "this machine moves by itself: nobody takes points by hand",
+                         core::Motion::stopped);
+}
+
 std::size_t PointList::next(std::span<PathPoint> room, bool& last) {
     const std::size_t count = std::min(room.size(), points_.size());
     std::copy_n(points_.begin(), count, room.begin());

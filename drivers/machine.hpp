@@ -38,6 +38,7 @@ std::string_view to_string(MachineState state) noexcept;
 struct Capabilities {
     std::string model, serial, firmware;
     std::uint32_t boot_id = 0;  ///< another number after each start of the controller
+    bool moves = true;          ///< false: a person moves it, the host only listens (Machine::receive)
     bool scans_paths = false;
     bool touches = false;
     bool gives_deflection = false;
@@ -52,7 +53,8 @@ struct Capabilities {
     Eigen::Vector3d limit_max_mm = Eigen::Vector3d::Zero();
     double max_speed_mm_s = 0.0;
     double max_acceleration_mm_s2 = 0.0;
-    double watchdog_ms = 0.0;  ///< the controller stops by itself when it hears nothing for so long
+    double watchdog_ms = 0.0;   ///< the controller stops by itself when it hears nothing for so long
+    std::string recorded_plan;  ///< hash of the only plan that it answers (a recording); empty: any
 };
 
 /// The controller at one moment, path progress included.
@@ -89,6 +91,7 @@ struct PathPoint {
 
 struct ScanPath {
     std::uint16_t id = 1;      ///< 1...65535; comes back in Sample::path
+    std::size_t section = 0;   ///< of the plan; for recordings, no controller is told
     double approach_mm = 2.0;  ///< start above the first point, along its normal
     double search_mm = 1.0;    ///< how far the surface may lie beside the expected points
     double retract_mm = 2.0;   ///< back off after the last point
@@ -128,6 +131,19 @@ class SampleSink {
     virtual core::Status flush() = 0;
 };
 
+/// Takes what a machine that is moved by hand sends. Called on the machine's executor.
+class HandSink : public SampleSink {
+  public:
+    /// A line that means nothing: shown to the person, never guessed at.
+    virtual void on_garbled(std::string_view line, std::string_view why) = 0;
+};
+
+/// What a person at the host says to a machine that is moved by hand.
+enum class HandSignal : std::uint8_t {
+    take_point,   ///< take one where the probe is now, if the machine can be asked
+    end_section,  ///< receive() ends
+};
+
 struct ScanResult {
     std::uint32_t points_passed = 0;
     std::uint64_t first_sequence = 0;  ///< 0 = no sample was taken
@@ -136,8 +152,8 @@ struct ScanResult {
 
 /// A measuring machine. Coroutines are awaited on the executor the machine was made with, which owns its state; all
 /// must have ended before the machine is destroyed (call stop(), then let them end; asio cancellation is not used).
-/// Only stop(), link_stats() and set_trace() may be called from any thread. One motion at a time: a second one is
-/// refused (machine_busy), never queued; state() may be asked in between. Every error carries Error::motion: what is
+/// Only stop(), tell(), link_stats() and set_trace() may be called from any thread. One motion at a time: a second one
+/// is refused (machine_busy), never queued; state() may be asked in between. Every error carries Error::motion: what is
 /// known about the machine when the operation ended. Units: mm, mm/s, machine frame; every position is a ball centre.
 class Machine {
   public:
@@ -163,6 +179,11 @@ class Machine {
     /// the controller is returned after the samples it still held were delivered.
     virtual boost::asio::awaitable<core::Result<ScanResult>> scan(ScanPath path, PathSource& source,
                                                                   SampleSink& sink) = 0;
+    /// Where `Capabilities::moves` is false: delivers the points that a person takes, one by one, until end_section or
+    /// stop(), both of which end it without an error. Other machines refuse (machine_refused).
+    virtual boost::asio::awaitable<core::Result<ScanResult>> receive(ScanPath path, HandSink& sink);
+    /// Any thread; means nothing to machines that move by themselves.
+    virtual void tell(HandSignal /*signal*/) noexcept {}
     /// Fetches what the controller's FIFO still holds, without motion (resume). Returns the last sequence delivered in
     /// this run.
     virtual boost::asio::awaitable<core::Result<std::uint64_t>> drain(SampleSink& sink) = 0;

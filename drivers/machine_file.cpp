@@ -40,6 +40,9 @@ core::Result<LinkSettings> load_link_settings(const std::string& path) {
             link.complain("url", endpoint.error().message);
         }
     }
+    const bool listens = settings.endpoint.scheme == "dro+serial";
+    if (root->has("dro") && !listens && !url.empty()) root->complain("dro", "belongs to a dro+serial:// url");
+    if (listens) settings.dro = dro::read_dro_settings(root->table("dro"));
     if (auto done = root->finish(); !done) return tl::unexpected(done.error());
     return settings;
 }

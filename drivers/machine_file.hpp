@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "core/error.hpp"
+#include "drivers/dro/dro_settings.hpp"
 #include "drivers/endpoint.hpp"
 
 namespace cmm::drivers {
@@ -18,6 +19,7 @@ struct LinkSettings {
     double response_timeout_ms = 500.0;
     double reconnect_ms = 3000.0;  ///< how long a broken link is tried again before an operation fails
     double poll_ms = 2.0;          ///< pause between exchanges while no sample waits, at most 10
+    dro::DroSettings dro;          ///< of dro+serial
 };
 
 /// Reads a machine file; the table [controller] belongs to the simulator. Errors: input_missing,

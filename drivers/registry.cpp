@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/text.hpp"
+#include "drivers/dro/dro_machine.hpp"
 #include "drivers/line/line_port.hpp"
 #include "drivers/modbus/modbus_machine.hpp"
 
@@ -35,6 +36,8 @@ Registry standard_registry() {
                   &modbus::make_modbus_machine});
     registry.add({"line+serial", "a controller that speaks text lines and sample frames (docs/protocol-line.md)",
                   &line::make_line_machine});
+    registry.add({"dro+serial", "a manual machine, arm or digital readout that prints its points (docs/dro.md)",
+                  &dro::make_dro_machine});
     return registry;
 }
 

@@ -8,6 +8,7 @@ SerialSettings SerialSettings::of(const Endpoint& endpoint, Parity default_parit
     settings.device = endpoint.path;
     settings.baud = static_cast<int>(endpoint.integer("baud", settings.baud));
     settings.stop_bits = static_cast<int>(endpoint.integer("stop_bits", settings.stop_bits));
+    settings.data_bits = static_cast<int>(endpoint.integer("data_bits", settings.data_bits));
     settings.parity = default_parity;
     const std::string parity = endpoint.word("parity", "");
     if (parity == "none") settings.parity = Parity::none;

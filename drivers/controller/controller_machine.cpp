@@ -10,6 +10,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "drivers/controller/session.hpp"
+#include "drivers/occupied.hpp"
 
 namespace cmm::drivers::controller {
 namespace {
@@ -22,25 +23,6 @@ constexpr std::uint32_t points_before_scan = 256;  // a quarter of a second at 1
 constexpr double first_points_patience_ms = 1000.0;
 constexpr double shortest_pause_ms =
     0.2;  // while a path is being invented, its next points depend on the newest samples
-
-/// Held by an operation; the next one is refused.
-class Occupied {
-  public:
-    explicit Occupied(bool& flag) : flag_(flag) { flag_ = true; }
-    ~Occupied() { flag_ = false; }
-    Occupied(const Occupied&) = delete;
-    Occupied& operator=(const Occupied&) = delete;
-
-  private:
-    bool& flag_;
-};
-
-core::Error busy_error() {
-    return core::Error{core::ErrorCode::machine_busy,
-                       "another operation of this machine is under way",
-                       {},
-                       core::Motion::may_be_moving};
-}
 
 bool on_path(const FifoBlock& block) {
     return block.state == static_cast<std::uint16_t>(MachineState::scanning) ||

@@ -49,7 +49,7 @@ std::string SerialWire::set_up() {
         return error;
     };
     Error error = set(Port::baud_rate(static_cast<unsigned>(settings_.baud)));
-    if (!error) error = set(Port::character_size(8));
+    if (!error) error = set(Port::character_size(static_cast<unsigned>(settings_.data_bits)));
     if (!error) error = set(Port::flow_control(Port::flow_control::none));
     if (!error) error = set(parity_of(settings_.parity));
     const auto stop_bits = settings_.stop_bits == 2 ? Port::stop_bits::two : Port::stop_bits::one;

@@ -30,8 +30,9 @@ const std::map<std::string, std::vector<std::string>> third_party{
     {"fitting", {"Eigen/"}},
     {"core", {"Eigen/", "tl/expected.hpp", "toml++/toml.h"}},
 };
-const std::set<std::string> foreign_prefixes{"boost/",  "sqlite3.h", "zstd.h", "nlohmann/", "modbus/", "modbus.h",
-                                             "toml++/", "CLI/",      "fmt/",   "spdlog/",   "Eigen/",  "tl/"};
+const std::set<std::string> foreign_prefixes{"boost/",   "sqlite3.h",       "zstd.h",  "nlohmann/", "modbus/",
+                                             "modbus.h", "libserialport.h", "toml++/", "CLI/",      "fmt/",
+                                             "spdlog/",  "Eigen/",          "tl/"};
 
 struct Include {
     std::string file, layer, target;

@@ -74,7 +74,8 @@ TEST(Registry, AddedDriversAreServed) {
 }
 
 TEST(MachineFile, TheExampleAndTheSimulatorsFileAreReadable) {
-    for (const char* file : {"config/machines/modbus-rtu.toml", "config/machines/line-serial.toml"}) {
+    for (const char* file :
+         {"config/machines/modbus-rtu.toml", "config/machines/line-serial.toml", "config/machines/dro-serial.toml"}) {
         const auto serial = load_link_settings(file);
         ASSERT_TRUE(serial) << serial.error().text();
         EXPECT_EQ(serial->endpoint.place(), "/dev/ttyUSB0");
