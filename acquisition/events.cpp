@@ -27,6 +27,8 @@ std::string_view to_string(EventKind kind) noexcept {
             return "CharacteristicUpdated";
         case EventKind::gate_decision:
             return "GateDecision";
+        case EventKind::line_garbled:
+            return "LineGarbled";
         case EventKind::hold:
             return "Hold";
         case EventKind::resume:

@@ -21,6 +21,7 @@ enum class EventKind : std::uint8_t {
     section_final,
     characteristic_updated,
     gate_decision,
+    line_garbled,
     hold,
     resume,
     machine_fault,

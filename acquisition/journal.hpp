@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -38,6 +39,8 @@ class Journal {
         std::uint32_t boot_id = 0;        ///< of the controller, with sequence_shift: drivers::RunOrigin
         std::int64_t sequence_shift = 0;  ///< run sequence = controller sequence + shift
         double ball_radius_mm = 0.0;
+        /// What the machine could do (recorded_machine.hpp); empty in files of schema 1.
+        std::map<std::string, double> capabilities;
     };
     static core::Result<std::unique_ptr<Journal>> create(const std::string& file, const Header& header);
     /// Opens for going on (`--resume`); one writer at a time. Errors: journal_io, journal_corrupt (application_id,

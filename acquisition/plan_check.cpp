@@ -96,6 +96,17 @@ class PlanCheck {
         }
     }
 
+    void recording(const drivers::Capabilities& machine) {
+        if (machine.recorded_plan.empty() || machine.recorded_plan == plan_.hash) return;
+        add(Severity::error, "the recording was made by another plan (" + machine.recorded_plan + ", this one is " +
+                                 plan_.hash + "): take the part file of that run, `cmmlive fit` judges by another one");
+    }
+
+    void by_hand() {
+        add(Severity::note, "a person moves this machine: " + std::to_string(plan_.paths.size()) +
+                                " sections at their heights, no path is driven");
+    }
+
     void duration() {
         std::size_t points = 0;
         for (const auto& path : plan_.paths)
@@ -172,7 +183,13 @@ std::string_view to_string(Severity severity) noexcept {
 std::vector<Finding> check_plan(const Plan& plan, const PartFile& part, const Nominal* nominal,
                                 const drivers::Capabilities* capabilities) {
     PlanCheck check(plan, part);
+    if (capabilities != nullptr && !capabilities->moves) {
+        check.recording(*capabilities);
+        check.by_hand();
+        return std::move(check.findings);
+    }
     if (capabilities != nullptr) {
+        check.recording(*capabilities);
         check.limits(*capabilities);
         check.clock(*capabilities);
     }

@@ -37,6 +37,9 @@ CREATE TABLE path(
 CREATE TABLE batch(first_seq INTEGER PRIMARY KEY, count INTEGER NOT NULL, data BLOB NOT NULL) STRICT;
 CREATE TABLE event(id INTEGER PRIMARY KEY, seq INTEGER NOT NULL, kind TEXT NOT NULL, line TEXT NOT NULL) STRICT;
 CREATE INDEX event_seq ON event(seq);
+)sql"},
+                                Migration{2, R"sql(
+CREATE TABLE capability(name TEXT PRIMARY KEY, value REAL NOT NULL) STRICT;
 )sql"}};
 constexpr int schema_version = migrations.back().version;
 
@@ -98,6 +101,7 @@ struct RunFile::Connection {
     tl::unexpected<core::Error> failure(const char* doing) const {
         const int last_errno = errno;
         const int rc = sqlite3_errcode(db);
+        if (rc == SQLITE_NOTADB) return corrupt("is not a run file of cmmlive");
         int system = 0;
         if (rc == SQLITE_IOERR || rc == SQLITE_CANTOPEN) {
             system = sqlite3_system_errno(db);
@@ -115,7 +119,7 @@ struct RunFile::Connection {
             return failure("open");
         }
         sqlite3_busy_timeout(db, busy_timeout_ms);
-        return {};
+        return run("PRAGMA trusted_schema=OFF; PRAGMA cell_size_check=ON", "open");
     }
     Status run(const char* sql, const char* doing) const {
         if (sqlite3_exec(db, sql, nullptr, nullptr, nullptr) != SQLITE_OK) return failure(doing);
@@ -149,11 +153,15 @@ struct RunFile::Connection {
             return corrupt("was written by a newer version (schema " + std::to_string(*version) + ", known up to " +
                            std::to_string(schema_version) + ")");
         }
-        if (*version < schema_version && access == Access::read) {
-            return corrupt("has the old schema " + std::to_string(*version) +
-                           "; open it once with `cmmlive scan --resume`");
-        }
+        if (*version < 1) return corrupt("has no schema of cmmlive");
+        if (auto status = check_objects(); !status) return status;
         return access == Access::write ? migrate(*version) : Status{};
+    }
+    /// A file may come from anywhere: a view or a trigger would run statements that are not ours.
+    Status check_objects() const {
+        const auto foreign = single("SELECT count(*) FROM sqlite_schema WHERE type NOT IN ('table', 'index')");
+        if (!foreign) return tl::unexpected(foreign.error());
+        return *foreign == 0 ? Status{} : corrupt("holds views or triggers, which no run file has");
     }
     Status write_header(const Journal::Header& h) const {
         Statement insert(db,
@@ -169,7 +177,26 @@ struct RunFile::Connection {
         insert.bind(++at, std::int64_t{h.boot_id});
         insert.bind(++at, h.sequence_shift);
         insert.bind(++at, h.ball_radius_mm);
-        return done(insert, "write the header");
+        if (auto status = done(insert, "write the header"); !status) return status;
+        for (const auto& [name, value] : h.capabilities) {
+            Statement row(db, "INSERT INTO capability(name, value) VALUES(?, ?)");
+            row.bind(1, std::string_view(name));
+            row.bind(2, value);
+            if (auto status = done(row, "write the machine's capabilities"); !status) return status;
+        }
+        return {};
+    }
+    Result<std::map<std::string, double>> capabilities() const {
+        std::map<std::string, double> found;
+        const auto version = single("PRAGMA user_version");
+        if (!version) return tl::unexpected(version.error());
+        if (*version < 2) return found;
+        Statement query(db, "SELECT name, value FROM capability");
+        int rc = SQLITE_ROW;
+        while ((rc = query.step()) == SQLITE_ROW)
+            found.emplace(query.text(0), query.number(1));
+        if (rc != SQLITE_DONE) return failure("read the machine's capabilities");
+        return found;
     }
 };
 
@@ -295,6 +322,9 @@ Result<Journal::Header> RunFile::header() const {
     h.boot_id = static_cast<std::uint32_t>(query.integer(at + 1));
     h.sequence_shift = query.integer(at + 2);
     h.ball_radius_mm = query.number(at + 3);
+    auto capabilities = connection_->capabilities();
+    if (!capabilities) return tl::unexpected(capabilities.error());
+    h.capabilities = std::move(*capabilities);
     return h;
 }
 

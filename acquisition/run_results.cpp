@@ -56,7 +56,7 @@ core::Result<std::vector<RecordedSection>> recorded_sections(const Journal& jour
     const double lsb_mm = journal.header().lsb_mm;
     const auto status = journal.each_batch([&](std::span<const core::Sample> batch) -> core::Status {
         for (const auto& sample : batch) {
-            if ((sample.flags & core::sample_flag::touch) != 0) continue;
+            if (!core::of_section(sample)) continue;
             const auto found = section_of_path.find(sample.path);
             if (found == section_of_path.end()) {
                 return core::fail(core::ErrorCode::journal_corrupt,

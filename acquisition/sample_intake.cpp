@@ -36,13 +36,12 @@ core::Status SampleIntake::on_samples(std::span<const core::Sample> samples) {
     std::size_t first = 0;
     while (first < samples.size() && section_ != nullptr) {
         // Touches and what was left of another path go into the journal only.
-        if (samples[first].path != path_ || (samples[first].flags & core::sample_flag::touch) != 0) {
+        if (samples[first].path != path_ || !core::of_section(samples[first])) {
             ++first;
             continue;
         }
         std::size_t last = first;
-        while (last < samples.size() && samples[last].path == path_ &&
-               (samples[last].flags & core::sample_flag::touch) == 0) {
+        while (last < samples.size() && samples[last].path == path_ && core::of_section(samples[last])) {
             if (follower_) {
                 if (auto status = follower_(samples[last]); !status) return status;
             }

@@ -7,6 +7,7 @@
 #include "acquisition/event_payload.hpp"
 #include "acquisition/json_text.hpp"
 #include "acquisition/plan_check.hpp"
+#include "acquisition/recorded_machine.hpp"
 #include "acquisition/section_start.hpp"
 #include "core/text.hpp"
 
@@ -48,7 +49,8 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
     outcome.section_final = finisher_->latency();
     outcome.samples = intake_ ? intake_->received() : 0;
     outcome.error = error_;
-    if (!error_ && stop_requested_)
+    // A person who ends the last section by hand has ended the run, not broken it off.
+    if (!error_ && stop_requested_ && std::find(done_.begin(), done_.end(), false) != done_.end())
         outcome.error = core::Error{core::ErrorCode::cancelled, "stopped on request", {}, core::Motion::stopped};
     outcome.result.part_name = request_.part.name;
     outcome.result.part_serial = request_.part.serial;
@@ -137,6 +139,7 @@ ScanJob::Step ScanJob::connect() {
     auto found = co_await machine_.connect();
     if (!found) co_return tl::unexpected(found.error());
     capabilities_ = *found;
+    if (!capabilities_.moves && moved_by_hand_) moved_by_hand_();
     co_return prepare();
 }
 
@@ -169,6 +172,7 @@ core::Status ScanJob::start_journal(const drivers::RunOrigin& origin) {
     header.software_version = request_.software_version;
     header.plan_hash = plan_.hash;
     header.lsb_mm = capabilities_.lsb_mm;
+    header.capabilities = capability_numbers(capabilities_);
     header.boot_id = origin.boot_id;
     header.sequence_shift = origin.sequence_shift;
     header.ball_radius_mm = request_.part.stylus.radius_mm;
@@ -203,7 +207,7 @@ ScanJob::Step ScanJob::home() {
 ScanJob::Step ScanJob::qualify() {
     auto now = co_await machine_.state();
     if (!now) co_return tl::unexpected(now.error());
-    if (now->qualified && request_.resume) co_return core::Status{};
+    if ((now->qualified && request_.resume) || !capabilities_.moves) co_return core::Status{};
     progress("qualifying the stylus");
     co_return co_await machine_.qualify(request_.part.stylus.radius_mm);
 }
@@ -212,6 +216,7 @@ boost::asio::awaitable<core::Result<bool>> ScanJob::approach() {
     const auto open = std::find(done_.begin(), done_.end(), false);
     if (open == done_.end()) co_return false;
     section_ = static_cast<std::size_t>(open - done_.begin());
+    if (!capabilities_.moves) co_return true;
     progress("to " + section_text(section_, setups_[section_].z_mm));
     auto now = co_await machine_.state();
     if (!now) co_return tl::unexpected(now.error());
@@ -234,6 +239,7 @@ boost::asio::awaitable<core::Result<bool>> ScanJob::approach() {
 drivers::ScanPath ScanJob::next_path() const {
     drivers::ScanPath path;
     path.id = static_cast<std::uint16_t>(last_path_ + 1);
+    path.section = section_;
     path.approach_mm = request_.part.scan.approach_mm;
     path.search_mm = request_.part.scan.search_mm;
     path.retract_mm = request_.part.scan.approach_mm;
@@ -242,7 +248,7 @@ drivers::ScanPath ScanJob::next_path() const {
 
 std::unique_ptr<LiveSection> ScanJob::new_section(std::size_t index) const {
     auto live = std::make_unique<LiveSection>(setups_[index], capabilities_.lsb_mm, core::PartFromMachine(),
-                                              plan_.paths[index].points.size());
+                                              expected_points(index));
     live->restore(restored_[index]);
     return live;
 }
@@ -261,12 +267,14 @@ ScanJob::Step ScanJob::scan() {
                      .add("section", section_)
                      .add("path", path.id)
                      .add("z_mm", setups_[section_].z_mm, 4)
-                     .add("points", plan_.paths[section_].points.size())
+                     .add("points", expected_points(section_))
                      .text());
     progress(section_text(section_, setups_[section_].z_mm));
     const bool unknown = plan_.paths[section_].points.empty();
     core::Status status;
-    if (unknown) {
+    if (!capabilities_.moves) {
+        status = co_await scan_by_hand(path);
+    } else if (unknown) {
         status = co_await scan_unknown(path);
     } else {
         status = co_await scan_planned(path);
@@ -293,6 +301,11 @@ ScanJob::Step ScanJob::scan_planned(drivers::ScanPath path) {
     drivers::PointList source(std::span<const drivers::PathPoint>(planned).subspan(first));
     auto scanned = co_await machine_.scan(path, source, *intake_);
     if (!scanned) co_return tl::unexpected(scanned.error());
+    if (scanned->points_passed < planned.size() - first) {
+        notice(section_text(section_, setups_[section_].z_mm) + ": the machine gave " +
+               std::to_string(scanned->points_passed) + " of " + std::to_string(planned.size() - first) +
+               " points; the gap is not evaluable");
+    }
     co_return core::Status{};
 }
 
@@ -325,11 +338,19 @@ ScanJob::Step ScanJob::flush() {
     co_return flushed;
 }
 
+std::size_t ScanJob::expected_points(std::size_t section) const {
+    return capabilities_.moves ? plan_.paths[section].points.size() : 0;
+}
+
 double ScanJob::share_done() const {
     double share = 0.0;
     for (std::size_t i = 0; i < done_.size(); ++i)
         share += done_[i] ? 1.0 : 0.0;
     return done_.empty() ? 0.0 : share / static_cast<double>(done_.size());
+}
+
+void ScanJob::notice(const std::string& text) {
+    if (show_notice_) show_notice_(text);
 }
 
 void ScanJob::progress(std::string text) {

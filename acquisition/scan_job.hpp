@@ -53,8 +53,14 @@ class ScanJob {
 
     /// Called on the executor now and then: share done (0...1) and a line of text.
     void on_progress(std::function<void(double, std::string)> show) { show_progress_ = std::move(show); }
+    /// Called on the executor: what a person should read, also when nobody watches the progress.
+    void on_notice(std::function<void(const std::string&)> show) { show_notice_ = std::move(show); }
     boost::asio::awaitable<ScanOutcome> run();
     void request_stop() noexcept;
+    /// Called on the executor once, when the machine turns out to be one that a person moves.
+    void on_moved_by_hand(std::function<void()> begin) { moved_by_hand_ = std::move(begin); }
+    /// What a person at the host says to such a machine; any thread.
+    void tell(drivers::HandSignal signal) noexcept;
 
   private:
     using Step = boost::asio::awaitable<core::Status>;
@@ -74,6 +80,7 @@ class ScanJob {
     Step scan();
     Step scan_planned(drivers::ScanPath path);
     Step scan_unknown(drivers::ScanPath path);
+    Step scan_by_hand(drivers::ScanPath path);
     boost::asio::awaitable<core::Result<Entry>> find_part();
     Step stop_machine();
     Step flush();
@@ -83,14 +90,19 @@ class ScanJob {
     void keep_events();
     void report_fault(const core::Error& error);
     void progress(std::string text);
+    void notice(const std::string& text);
     drivers::ScanPath next_path() const;
     std::unique_ptr<LiveSection> new_section(std::size_t index) const;
     double share_done() const;
+    /// Of a section that is driven along a plan; 0: not known beforehand.
+    std::size_t expected_points(std::size_t section) const;
 
     ScanRequest request_;
     drivers::Machine& machine_;
     EventHub& events_;
     std::function<void(double, std::string)> show_progress_;
+    std::function<void(const std::string&)> show_notice_;
+    std::function<void()> moved_by_hand_;
     std::atomic<bool> stop_requested_{false};
 
     SessionState state_ = SessionState::idle;

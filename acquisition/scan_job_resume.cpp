@@ -12,6 +12,7 @@
 #include "acquisition/run_results.hpp"
 #include "acquisition/scan_job.hpp"
 #include "acquisition/section_start.hpp"
+#include "core/text.hpp"
 
 namespace cmm::acquisition {
 
@@ -79,6 +80,12 @@ core::Status ScanJob::reopen_journal() {
         return core::fail(core::ErrorCode::config_invalid,
                           request_.run_file + ": was planned from another part file; use the part file of that run");
     }
+    if (header.lsb_mm != capabilities_.lsb_mm) {
+        return core::fail(core::ErrorCode::config_invalid,
+                          request_.run_file + ": was measured in counts of " + core::fixed(header.lsb_mm * 1e6, 3) +
+                              " nm, this machine has counts of " + core::fixed(capabilities_.lsb_mm * 1e6, 3) +
+                              " nm; go on with the machine of that run");
+    }
     request_.run_id = header.run_id;
     request_.started_utc = header.started_utc;
     return {};
@@ -95,7 +102,7 @@ core::Status ScanJob::restore_sections() {
         }
         last_path_ = std::max(last_path_, section.last_path);
         samples += section.points.size();
-        const std::size_t expected = plan_.paths[section.index].points.size();
+        const std::size_t expected = expected_points(section.index);
         if (section.finished || (expected > 0 && section.points.size() >= expected)) {
             // The host was cut off between the last sample and this note.
             if (!section.finished) {
@@ -144,7 +151,7 @@ ScanJob::Step ScanJob::leave_part() {
     if (!where) co_return tl::unexpected(where.error());
     const auto now = co_await machine_.state();
     if (!now) co_return tl::unexpected(now.error());
-    if (!now->homed) co_return core::Status{};
+    if (!now->homed || !capabilities_.moves) co_return core::Status{};
     const auto open = std::find(done_.begin(), done_.end(), false);
     const auto index = static_cast<std::size_t>(open == done_.end() ? done_.size() - 1 : open - done_.begin());
     const auto direction = way_off(setups_[index], restored_[index], where->head<2>(),

@@ -7,8 +7,8 @@
 #include <optional>
 #include <utility>
 
+#include "app/machines.hpp"
 #include "core/clock.hpp"
-#include "drivers/registry.hpp"
 
 namespace cmm::app {
 namespace {
@@ -34,7 +34,7 @@ core::Result<MachineReport> ask_machine(const std::string& machine_name) {
     if (!link) return tl::unexpected(link.error());
     const core::SystemClock clock;
     asio::io_context context;
-    const auto registry = drivers::standard_registry();
+    const auto registry = machine_registry();
     auto machine = registry.make(*link, drivers::DriverContext{context.get_executor(), clock, 1});
     if (!machine) return tl::unexpected(machine.error());
     std::optional<core::Result<MachineReport>> report;

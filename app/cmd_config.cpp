@@ -27,6 +27,8 @@ constexpr const char* part_keys = R"(part file (docs/part-file.md):
   [actual]  (simulation) kind, files, span, noise_um, bad_points_percent, thicken_mm, twist_deg, shift_mm; [actual.blade]
 machine file (config/machines/*.toml):
   [link]    url, map, timeouts
+  [dro]     (dro+serial, docs/dro.md) format, numbers = "decimal" | "integer", unit = "mm" | "inch", count, decimals,
+            decimal_comma, point_tags, end, request, request_every_ms
   [controller] (simulation) limits, speeds, sample clock
 register map (config/maps/*.toml): docs/protocol-modbus.md
 fault plan (config/faults/*.toml, docs/reliability.md):

@@ -7,8 +7,9 @@
 #include "app/ask_machine.hpp"
 #include "app/commands.hpp"
 #include "app/console.hpp"
+#include "app/machines.hpp"
 #include "core/text.hpp"
-#include "drivers/registry.hpp"
+#include "drivers/serial_ports.hpp"
 
 namespace cmm::app {
 namespace {
@@ -62,7 +63,9 @@ int run_doctor(const DoctorOptions& options) {
     if (!folder) return report(folder.error(), options.json);
     std::error_code code;
     const auto space = std::filesystem::space(".", code);
-    const auto registry = drivers::standard_registry();
+    const auto registry = machine_registry();
+    const auto ports = drivers::list_serial_ports();
+    if (!ports) return report(ports.error(), options.json);
     acquisition::JsonFields document;
     document.add("version", version())
         .add("config", *folder)
@@ -72,6 +75,9 @@ int run_doctor(const DoctorOptions& options) {
                     static_cast<unsigned long long>(space.available >> 20U));
         for (const auto& driver : registry.entries())
             std::printf("driver:      %s  %s\n", driver.scheme.c_str(), driver.description.c_str());
+        for (const auto& port : *ports)
+            std::printf("serial port: %s  %s%s\n", port.device.c_str(), port.description.c_str(),
+                        port.holders.empty() ? "" : ", held (`cmmlive devices` says by whom)");
     }
     if (!options.machine.empty()) {
         const auto found = ask_machine(options.machine);

@@ -60,6 +60,12 @@ struct ExportOptions {
 };
 int run_export(const ExportOptions& options);
 
+struct DevicesOptions {
+    std::vector<std::string> devices;  ///< besides those that are found
+    bool json = false;
+};
+int run_devices(const DevicesOptions& options);
+
 struct DoctorOptions {
     std::string machine;
     bool json = false;

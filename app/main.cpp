@@ -27,6 +27,7 @@ class CommandLine {
         add_fit();
         add_gate();
         add_export();
+        add_devices();
         add_doctor();
         add_config();
     }
@@ -74,7 +75,9 @@ class CommandLine {
 
     void add_scan() {
         auto* c = add("scan", "scan a part on a machine and judge it", scan_, cmm::app::run_scan);
-        c->add_option("--machine", scan_.machine, "machine file or URL, e.g. modbus+tcp://host:502")->required();
+        c->add_option("--machine", scan_.machine,
+                      "machine file or URL, e.g. modbus+tcp://host:502, dro+serial:///dev/ttyUSB0, replay:run.cmmrun")
+            ->required();
         c->add_option("--part", scan_.part, "part file")->required();
         c->add_option("--out", scan_.out, "folder for the run file and the results");
         c->add_flag("--resume", scan_.resume, "go on with the run in --out");
@@ -116,6 +119,12 @@ class CommandLine {
         c->add_option("--out", export_.out, "file or, for csv, folder")->required();
     }
 
+    void add_devices() {
+        auto* c =
+            add("devices", "list the serial ports: what they are, and who holds them", devices_, cmm::app::run_devices);
+        c->add_option("device", devices_.devices, "show this device as well, e.g. a pseudo-terminal");
+    }
+
     void add_doctor() {
         auto* c = add("doctor", "check this installation and, with --machine, the link to a machine", doctor_,
                       cmm::app::run_doctor);
@@ -140,6 +149,7 @@ class CommandLine {
     cmm::app::FitOptions fit_;
     cmm::app::GateOptions gate_;
     cmm::app::ExportOptions export_;
+    cmm::app::DevicesOptions devices_;
     cmm::app::DoctorOptions doctor_;
     cmm::app::ConfigOptions config_;
 };

@@ -18,9 +18,10 @@
 #include "acquisition/exports.hpp"
 #include "acquisition/scan_job.hpp"
 #include "app/console.hpp"
+#include "app/hand_commands.hpp"
+#include "app/machines.hpp"
 #include "app/stop_signals.hpp"
 #include "core/text.hpp"
-#include "drivers/registry.hpp"
 
 namespace cmm::app {
 namespace {
@@ -119,7 +120,7 @@ int run_main_job(const RunnerOptions& options) {
 
     asio::io_context context;
     const auto strand = asio::make_strand(context);
-    const auto registry = drivers::standard_registry();
+    const auto registry = machine_registry();
     auto machine = registry.make(*link, drivers::DriverContext{strand, clock, random_seed()});
     if (!machine) return fail(machine.error());
 
@@ -127,6 +128,14 @@ int run_main_job(const RunnerOptions& options) {
     if (!options.title.empty()) progress.line(options.title);
     acquisition::ScanJob job(std::move(*request), **machine, clock, events);
     job.on_progress([&](double share, const std::string& text) { progress.show(share, text); });
+    std::optional<HandCommands> commands;
+    job.on_moved_by_hand([&] {
+        progress.line(
+            "a person moves this machine: Enter takes a point (if it can be asked), e and Enter ends the "
+            "section, Ctrl-C the run");
+        commands.emplace([&](drivers::HandSignal signal) { job.tell(signal); });
+    });
+    job.on_notice([&](const std::string& text) { progress.line(text); });
 
     const StopSignals signals([&] { job.request_stop(); }, [&] { abort_run(**machine, options.json); });
     std::optional<acquisition::ScanOutcome> outcome;

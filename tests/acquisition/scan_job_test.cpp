@@ -306,6 +306,17 @@ TEST_F(ScanJobTest, AnotherPartFileIsRefusedBeforeAnythingMoves) {
     EXPECT_EQ(durable(), 30U);
 }
 
+TEST_F(ScanJobTest, AMachineOfAnotherCountSizeDoesNotGoOnWithTheRun) {
+    ASSERT_NO_FATAL_FAILURE(broken_run(40, 0));
+    machine.caps.lsb_mm = 2.0 * test_lsb_mm;
+    const auto ran = run(true);
+    ASSERT_TRUE(ran.outcome.error);
+    EXPECT_EQ(ran.outcome.error->code, ErrorCode::config_invalid);
+    EXPECT_TRUE(holds(ran.outcome.error->text(), "counts of 100.000 nm, this machine has counts of 200.000 nm"))
+        << ran.outcome.error->text();
+    EXPECT_EQ(machine.count("scan"), 0U);
+}
+
 TEST_F(ScanJobTest, ARunFileThatExistsIsNotOverwrittenAndTheMachineGivenBack) {
     folder.write("run.cmmrun", "precious");
     const auto ran = run();
