@@ -18,11 +18,21 @@ namespace {
 using namespace cmm::acquisition;
 using Bytes = std::vector<std::uint8_t>;
 
-std::string place() {
-    const bool in_memory = std::filesystem::is_directory("/dev/shm");
-    const std::filesystem::path folder = in_memory ? "/dev/shm" : std::filesystem::temp_directory_path();
-    return folder / ("cmmlive-fuzz-" + std::to_string(::getpid()) + ".cmmrun");
-}
+/// A file of this process alone, in memory where the system has a place for that; gone at the end.
+struct WorkFile {
+    std::string name;
+    WorkFile() {
+        const bool in_memory = std::filesystem::is_directory("/dev/shm");
+        const std::filesystem::path folder = in_memory ? "/dev/shm" : std::filesystem::temp_directory_path();
+        name = folder / ("cmmlive-fuzz-" + std::to_string(::getpid()) + ".cmmrun");
+    }
+    ~WorkFile() {
+        for (const char* part : {"", "-wal", "-shm", "-journal"})
+            std::filesystem::remove(name + part);
+    }
+    WorkFile(const WorkFile&) = delete;
+    WorkFile& operator=(const WorkFile&) = delete;
+};
 
 /// A small whole run, as its bytes.
 Bytes good_file(const std::string& file) {
@@ -58,7 +68,8 @@ void read_everything(const std::string& file) {
 }
 
 void change_and_read(std::span<const std::uint8_t> changes) {
-    static const std::string file = place();
+    static const WorkFile work;
+    static const std::string& file = work.name;
     static const Bytes good = good_file(file);
     Bytes image = good;
     for (; changes.size() >= 3; changes = changes.subspan(3)) {

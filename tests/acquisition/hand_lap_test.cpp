@@ -83,7 +83,7 @@ TEST(HandLap, ATremblingHandClosesNothing) {
     }
     const auto closed = closed_after(shaken);
     EXPECT_GE(closed, points.size() * 4 - 8);
-    EXPECT_LE(closed, points.size() * 4 * 1.1);
+    EXPECT_LE(closed, points.size() * 9 / 2);
 }
 
 TEST(HandLap, ThereAndBackIsNoLap) {
