@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sections measured by hand on a readout that only prints: a foreign program on a pseudo-terminal, whose points come
 // from formulas of its own.
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <fstream>
+#include <sstream>
 
 #include "core/text.hpp"
 #include "tests/support/outputs.hpp"
@@ -39,14 +43,22 @@ class ByHand {
         return file;
     }
     /// Starts the scan; the person begins when it listens.
-    Process& scan(const std::string& machine, const std::vector<std::string>& more = {}) {
+    Process& scan(const std::string& machine, bool typing = false) {
         std::vector<std::string> arguments{cmmlive(), "scan",  "--machine", machine,    "--part",
                                            part,      "--out", out(),       "--events", folder_ / "events"};
-        arguments.insert(arguments.end(), more.begin(), more.end());
+        if (typing) {
+            const auto keys = folder_ / "keys";
+            EXPECT_EQ(::mkfifo(keys.c_str(), 0600), 0);
+            keyboard_ = ::open(keys.c_str(), O_RDWR | O_CLOEXEC);
+            arguments.insert(arguments.begin(), {"/bin/sh", "-c", "keys=$1; shift; exec \"$@\" <$keys", "sh", keys});
+        }
         scan_ = std::make_unique<Process>(arguments, folder_ / "scan");
         EXPECT_TRUE(wait_for([&] { return events("PathStarted") > 0 || !scan_->running(); }));
         std::ofstream(folder_ / "go") << "go";
         return *scan_;
+    }
+    void type(const std::string& text) const {
+        EXPECT_EQ(::write(keyboard_, text.data(), text.size()), static_cast<ssize_t>(text.size()));
     }
     std::string out() const { return folder_ / "out"; }
     std::size_t events(const std::string& kind) const {
@@ -79,8 +91,15 @@ class ByHand {
     }
     const TemporaryFolder& folder() const { return folder_; }
 
+    ~ByHand() {
+        if (keyboard_ >= 0) ::close(keyboard_);
+    }
+    ByHand(const ByHand&) = delete;
+    ByHand& operator=(const ByHand&) = delete;
+
   private:
     TemporaryFolder folder_;
+    int keyboard_ = -1;
     std::unique_ptr<Process> printer_, scan_;
 };
 
@@ -150,6 +169,24 @@ TEST(Dro, APersonEndsTheRunAndWhatWasTakenIsKept) {
     ASSERT_EQ(sections.size(), 1U);
     EXPECT_EQ(sections.front().at("points"), "150");
     EXPECT_EQ(sections.front().at("closed"), "0");
+}
+
+TEST(Dro, ATypedWordEndsASection) {
+    ByHand run({"--points", "150"});
+    Process& scan = run.scan("dro+serial://" + run.device(), true);
+    ASSERT_TRUE(wait_for([&] { return run.events("SampleBatch") == 150; }));
+    run.type("\n");  // asks for a point: this device cannot be asked
+    run.type("e\n");
+    ASSERT_TRUE(wait_for([&] { return run.events("PathStarted") == 2; }));
+    run.type("e\n");
+    const auto ended = scan.wait(std::chrono::seconds(30));
+    EXPECT_EQ(ended.exit_code, 2) << ended.err;
+    const auto sections = read_csv(run.out() + "/sections.csv");
+    ASSERT_EQ(sections.size(), 2U);
+    EXPECT_EQ(sections[0].at("points"), "150");
+    EXPECT_EQ(sections[1].at("points"), "0");
+    for (const auto& section : sections)
+        EXPECT_EQ(section.at("profile_le_decision"), "not_evaluable");
 }
 
 TEST(Dro, SaysWhatItCannotDo) {
