@@ -85,10 +85,10 @@ ScanJob::Step ScanJob::scan_unknown(drivers::ScanPath path) {
         entry_ = entry_of(measured);
     }
     UnknownScan scan(unknown_scan_options(request_.part), entry_->contact_mm, entry_->outward);
+    bool complete = false;
     for (const auto& point : restored) {
         drivers::PathPoint ignored;
-        bool last = false;
-        scan.next(std::span(&ignored, 1), last);
+        scan.next(std::span(&ignored, 1), complete);
         const bool no_contact = point.verdict.reason == fitting::RejectReason::no_contact;
         if (auto status = scan.on_sample(point.centre_mm, no_contact); !status) co_return status;
     }
@@ -100,6 +100,8 @@ ScanJob::Step ScanJob::scan_unknown(drivers::ScanPath path) {
                               (sample.flags & core::sample_flag::no_contact) != 0);
     };
     intake_->begin(path.id, new_section(section_), std::move(completed), std::move(follower));
+    // The host was cut off between the last sample and the note that the section is there.
+    if (complete) co_return core::Status{};
     ClosingSource source(scan, *intake_, restored.size());
     auto scanned = co_await machine_.scan(path, source, *intake_);
     if (!scanned) co_return tl::unexpected(scanned.error());

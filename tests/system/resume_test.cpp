@@ -51,6 +51,23 @@ TEST_P(Resume, AKilledHostLosesNothingAndDoublesNothing) {
 INSTANTIATE_TEST_SUITE_P(Parts, Resume, testing::Values("config/parts/demo.toml", "tests/system/parts/unknown.toml"),
                          [](const auto& tested) { return std::string(tested.index == 0 ? "Nominal" : "Unknown"); });
 
+TEST(Resume, AnUnknownSectionThatWasMeasuredWhollyIsNotScannedAgain) {
+    const TemporaryFolder folder;
+    const std::string part = "tests/system/parts/unknown.toml", out = folder / "out", run = out + "/run.cmmrun";
+    SimulatedMachine machine(part, folder, {"--speed", "0", "--seed", "3"});
+    const auto whole =
+        Process(scan_command(machine, part, out, false), folder / "whole").wait(std::chrono::seconds(120));
+    ASSERT_EQ(whole.exit_code, 0) << whole.err;
+    // As a host leaves it that is killed between the last sample and the note of it.
+    const std::string forget = "UPDATE path SET finished = 0 WHERE path = (SELECT max(path) FROM path)";
+    ASSERT_EQ(Process({"sqlite3", run, forget}, folder / "forget").wait(std::chrono::seconds(10)).exit_code, 0);
+    const auto resumed =
+        Process(scan_command(machine, part, out, true), folder / "resumed").wait(std::chrono::seconds(120));
+    EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
+    machine.end();
+    expect_every_sample_once(run, machine.log());
+}
+
 TEST(Resume, TheMachineStopsByItsWatchdogWhenTheHostDies) {
     const TemporaryFolder folder;
     SimulatedMachine machine("config/parts/demo.toml", folder, {"--speed", "2"});
