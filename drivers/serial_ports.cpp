@@ -58,10 +58,10 @@ std::optional<int> process_number(const fs::path& entry) {
 }
 
 bool holds(const fs::path& process, const fs::path& device) {
-    std::error_code denied;
-    for (const auto& entry : fs::directory_iterator(process / "fd", denied)) {
+    std::error_code denied;  // or the process has ended meanwhile
+    for (fs::directory_iterator at(process / "fd", denied), end; !denied && at != end; at.increment(denied)) {
         std::error_code gone;
-        if (fs::read_symlink(entry.path(), gone) == device) return true;
+        if (fs::read_symlink(at->path(), gone) == device) return true;
     }
     return false;
 }
@@ -73,10 +73,11 @@ std::vector<DeviceHolder> holders_of(const std::string& device) {
     const fs::path target = fs::canonical(device, ignored);
     std::vector<DeviceHolder> holders;
     if (ignored) return holders;
-    for (const auto& entry : fs::directory_iterator("/proc", ignored)) {
-        const auto pid = process_number(entry.path());
-        if (!pid || *pid == ::getpid() || !holds(entry.path(), target)) continue;
-        const auto name = core::read_file((entry.path() / "comm").string());
+    for (fs::directory_iterator at("/proc", ignored), end; !ignored && at != end; at.increment(ignored)) {
+        const fs::path process = at->path();
+        const auto pid = process_number(process);
+        if (!pid || *pid == ::getpid() || !holds(process, target)) continue;
+        const auto name = core::read_file((process / "comm").string());
         holders.push_back({*pid, name ? std::string(core::trim(*name)) : std::string()});
     }
     std::sort(holders.begin(), holders.end(), [](const auto& a, const auto& b) { return a.pid < b.pid; });

@@ -2,7 +2,7 @@
 #include "drivers/dro/dro_reader.hpp"
 
 #include <boost/asio/post.hpp>
-#include <boost/asio/use_future.hpp>
+#include <future>
 #include <utility>
 
 namespace cmm::drivers::dro {
@@ -26,15 +26,15 @@ DroReader::~DroReader() {
 }
 
 core::Status DroReader::open() {
-    const auto opening = [this] {
+    std::promise<std::string> opened;
+    boost::asio::post(io_, [this, &opened] {
         opened_ = clock_.now();
         first_bytes_ = true;
-        const std::string why = wire_.open();
+        std::string why = wire_.open();
         lost_ = !why.empty();
-        return why;
-    };
-    auto answer = boost::asio::post(io_, boost::asio::use_future(opening));
-    const std::string why = answer.get();
+        opened.set_value(std::move(why));
+    });
+    const std::string why = opened.get_future().get();
     if (why.empty()) return {};
     return core::fail(core::ErrorCode::transport_connect, why, core::Motion::not_concerned);
 }

@@ -6,7 +6,8 @@ function(step)
     endif()
 endfunction()
 file(REMOVE_RECURSE ${WORK}/prefix ${WORK}/consumer)
-step(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/library -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release
+# With the options of the build under test, so that a compiler cache has the objects.
+step(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/library -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release -DCMMLIVE_WERROR=${WERROR}
     -DCMMLIVE_FITTING_ONLY=ON -DCMAKE_INSTALL_PREFIX=${WORK}/prefix)
 step(${CMAKE_COMMAND} --build ${WORK}/library)
 step(${CMAKE_COMMAND} --install ${WORK}/library)
