@@ -42,13 +42,18 @@ std::uint32_t little_u32(std::string_view bytes) {
     return value;
 }
 
-TriangleMesh read_binary(std::string_view content) {
+core::Result<TriangleMesh> read_binary(std::string_view content, const std::string& name) {
     Welder welder;
     for (std::size_t at = binary_header; at + binary_facet <= content.size(); at += binary_facet) {
         std::array<Eigen::Vector3d, 3> corners;
         for (std::size_t k = 0; k < 9; ++k) {
             const auto bits = little_u32(content.substr(at + 12 + 4 * k, 4));
             corners[k / 3][static_cast<Eigen::Index>(k % 3)] = static_cast<double>(std::bit_cast<float>(bits));
+            if ((bits & 0x7F800000U) == 0x7F800000U) {  // an exponent of ones: infinite, or not a number
+                return fail(ErrorCode::input_invalid,
+                            name + ": byte " + std::to_string(at + 12 + 4 * k) + ": a corner of facet " +
+                                std::to_string((at - binary_header) / binary_facet + 1) + " is not a finite number");
+            }
         }
         welder.facet(corners);
     }
@@ -85,7 +90,7 @@ core::Result<TriangleMesh> read_stl(std::string_view content, const std::string&
     // Some writers start binary files with "solid": the size tells.
     if (content.size() >= binary_header) {
         const std::size_t facets = little_u32(content.substr(80, 4));
-        if (content.size() == binary_header + facets * binary_facet) return read_binary(content);
+        if (content.size() == binary_header + facets * binary_facet) return read_binary(content, name);
     }
     if (core::trim(content.substr(0, 80)).starts_with("solid")) return read_ascii(content, name);
     return fail(ErrorCode::input_invalid, name + ": neither PLY nor STL (or a truncated binary STL)");

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/text.hpp"
+#include "core/toml_text.hpp"
 
 namespace cmm::core {
 
@@ -61,6 +62,11 @@ Result<ConfigTable> ConfigTable::load(const std::string& path) {
 }
 
 Result<ConfigTable> ConfigTable::parse(std::string_view text, const std::string& name) {
+    if (const auto foreign = first_foreign_letter(text)) {
+        return fail(ErrorCode::config_syntax, name + ":" + std::to_string(foreign->line) + ":" +
+                                                  std::to_string(foreign->column) +
+                                                  ": a letter outside ASCII, which only strings and comments may have");
+    }
     auto document = std::make_shared<Document>();
     document->name = name;
     try {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Run files of others, which replay, fit and export open. The first byte chooses: the packed samples of a batch, with a
 // checksum that fits, or a whole run file of ours with bytes changed: three bytes each, where (two) and to what.
-#include <unistd.h>
 #include <zstd.h>
 
 #include <cstdlib>
@@ -12,27 +11,12 @@
 #include "acquisition/recorded_machine.hpp"
 #include "acquisition/recording.hpp"
 #include "acquisition/run_file.hpp"
+#include "fuzz/work_file.hpp"
 
 namespace {
 
 using namespace cmm::acquisition;
 using Bytes = std::vector<std::uint8_t>;
-
-/// A file of this process alone, in memory where the system has a place for that; gone at the end.
-struct WorkFile {
-    std::string name;
-    WorkFile() {
-        const bool in_memory = std::filesystem::is_directory("/dev/shm");
-        const std::filesystem::path folder = in_memory ? "/dev/shm" : std::filesystem::temp_directory_path();
-        name = folder / ("cmmlive-fuzz-" + std::to_string(::getpid()) + ".cmmrun");
-    }
-    ~WorkFile() {
-        for (const char* part : {"", "-wal", "-shm", "-journal"})
-            std::filesystem::remove(name + part);
-    }
-    WorkFile(const WorkFile&) = delete;
-    WorkFile& operator=(const WorkFile&) = delete;
-};
 
 /// A small whole run, as its bytes.
 Bytes good_file(const std::string& file) {
@@ -68,21 +52,16 @@ void read_everything(const std::string& file) {
 }
 
 void change_and_read(std::span<const std::uint8_t> changes) {
-    static const WorkFile work;
-    static const std::string& file = work.name;
-    static const Bytes good = good_file(file);
+    static const WorkFile work(".cmmrun");
+    static const Bytes good = good_file(work.name());
     Bytes image = good;
     for (; changes.size() >= 3; changes = changes.subspan(3)) {
         const std::size_t at = changes[0] + std::size_t{changes[1]} * 256;
         image[at % image.size()] = changes[2];
     }
     if (changes.size() == 2) image.resize((changes[0] + std::size_t{changes[1]} * 256) % image.size());
-    for (const char* beside : {"-wal", "-shm", "-journal"})
-        std::filesystem::remove(file + beside);
-    std::ofstream(file, std::ios::binary | std::ios::trunc)
-        .write(static_cast<const char*>(static_cast<const void*>(image.data())),
-               static_cast<std::streamsize>(image.size()));
-    read_everything(file);
+    work.remove_companions();
+    read_everything(work.holds(image));
 }
 
 void decode(std::span<const std::uint8_t> packed) {

@@ -102,6 +102,9 @@ TEST(TriangleMesh, SaysWhatIsWrong) {
     };
     EXPECT_NE(error(binary_ply(false).substr(0, 240)).find("cannot be read (truncated"), std::string::npos);
     EXPECT_NE(error(binary_stl().substr(0, 200)).size(), 0U);
+    std::string not_finite = binary_stl();
+    not_finite.replace(84 + 50 + 12, 4, "\xFF\xFF\xFF\xFF");
+    EXPECT_NE(error(not_finite).find("byte 146: a corner of facet 2 is not a finite number"), std::string::npos);
     EXPECT_NE(error(std::string("\x01\x02", 2)).find("neither PLY nor STL"), std::string::npos);
     EXPECT_NE(error(ascii_ply.substr(0, ascii_ply.size() - 8) + "3 2 0 9\n").find("names vertex 9 of 4"),
               std::string::npos);
