@@ -9,9 +9,9 @@
 #include <mutex>
 #include <regex>
 
-#include "acquisition/journal.hpp"
 #include "core/rng.hpp"
 #include "tests/support/outputs.hpp"
+#include "tests/system/compare_samples.hpp"
 #include "tests/system/resumable_run.hpp"
 
 namespace cmm::test {
@@ -103,7 +103,7 @@ class Rehearsal {
         if (!done && fault_.curable && result_.good()) result_.wrong = "does not finish: " + last.err;
         machine_.end();
         judge_machine();
-        if (done && std::filesystem::exists(run_file())) result_.lost = compare_samples(run_file(), machine_.log());
+        if (done && std::filesystem::exists(run_file())) result_.lost = compare_samples({run_file()}, machine_.log());
         const bool same_points = fault_.spares_points && result_.finished_at_once;
         if (same_points && text_of(out_ + "/points.csv") != points_without_faults(seed_))
             result_.wrong = "the points are not those of a run without faults";
@@ -219,34 +219,6 @@ std::string FaultRun::text() const {
 
 FaultRun run_fault(const FaultCase& fault, Wire wire, std::uint64_t seed, const TemporaryFolder& folder) {
     return Rehearsal(fault, wire, seed, folder).run();
-}
-
-std::string compare_samples(const std::string& run_file, const std::string& log_file) {
-    auto journal = acquisition::Journal::read(run_file);
-    if (!journal) return journal.error().text();
-    const auto samples = (*journal)->samples();
-    if (!samples) return samples.error().text();
-    std::vector<std::vector<std::array<std::int32_t, 3>>> starts;  // of the controller, with the counts of each
-    std::string boot_id;
-    for (const auto& row : read_csv(log_file)) {
-        if (row.at("boot_id") != boot_id) starts.emplace_back();
-        boot_id = row.at("boot_id");
-        starts.back().push_back(
-            {std::stoi(row.at("x_counts")), std::stoi(row.at("y_counts")), std::stoi(row.at("z_counts"))});
-    }
-    std::size_t at = 0;
-    for (const auto& start : starts) {
-        std::size_t k = 0;
-        for (; k < start.size() && at < samples->size() && (*samples)[at].counts == start[k]; ++k, ++at)
-            if ((*samples)[at].sequence != at + 1) return "sequence " + std::to_string(at + 1) + " is not there";
-        if (&start == &starts.back() && k < start.size()) {
-            return "sample " + std::to_string(k + 1) + " of " + std::to_string(start.size()) +
-                   " of the controller is not number " + std::to_string(at + 1) + " of " +
-                   std::to_string(samples->size()) + " in the run file";
-        }
-    }
-    if (at < samples->size()) return "the run file holds more samples than the controller recorded";
-    return {};
 }
 
 }  // namespace cmm::test

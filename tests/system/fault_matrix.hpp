@@ -44,8 +44,4 @@ struct FaultRun {
 /// Everything it writes goes below `folder`.
 FaultRun run_fault(const FaultCase& fault, Wire wire, std::uint64_t seed, const TemporaryFolder& folder);
 
-/// The samples of the run file against the simulator's log: each once and in order; of a controller that was restarted,
-/// the first part of what it had recorded until then. For a job that is done. Empty: all is well.
-std::string compare_samples(const std::string& run_file, const std::string& log_file);
-
 }  // namespace cmm::test
