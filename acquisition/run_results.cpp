@@ -39,7 +39,19 @@ double planned_height(double z_mm, const std::vector<double>& heights_mm) {
     return z_mm;
 }
 
+core::Result<PartFile> kept_part(const Journal::Header& header, const std::string& run_file) {
+    auto part = parse_part_file(header.part_text, header.part_path);
+    if (!part) return tl::unexpected(std::move(part.error()).with_context("the part file kept in " + run_file));
+    return part;
+}
+
 }  // namespace
+
+core::Result<PartFile> part_of_run(const std::string& run_file) {
+    const auto journal = Journal::read(run_file);
+    if (!journal) return tl::unexpected(journal.error());
+    return kept_part((*journal)->header(), run_file);
+}
 
 core::Result<std::vector<RecordedSection>> recorded_sections(const Journal& journal) {
     const auto paths = journal.paths();
@@ -78,9 +90,9 @@ core::Result<PartResult> results_of_run(const std::string& run_file, const PartF
     auto journal = Journal::read(run_file);
     if (!journal) return tl::unexpected(journal.error());
     const auto& header = (*journal)->header();
-    auto own = parse_part_file(header.part_text, header.part_path);
+    auto own = kept_part(header, run_file);
     if (part == nullptr) {
-        if (!own) return tl::unexpected(std::move(own.error()).with_context("the part file kept in " + run_file));
+        if (!own) return tl::unexpected(own.error());
         part = &*own;
     }
     const auto nominal = load_nominal(part->nominal);

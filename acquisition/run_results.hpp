@@ -25,6 +25,10 @@ struct RecordedSection {
 /// Errors: journal_io, journal_corrupt (a sample of a path that was never begun).
 core::Result<std::vector<RecordedSection>> recorded_sections(const Journal& journal);
 
+/// The part file that a run was measured with, as it is kept in the run file. Errors: those of Journal::read and of the
+/// part file, with the run file's name.
+core::Result<PartFile> part_of_run(const std::string& run_file);
+
 /// A finished or broken run judged again from its raw points, by the part file it was measured with (`part` empty) or
 /// by another one. The same functions as during the scan: the same contour to the last bit, unless an operator has
 /// decided about points. Errors also: usage (a decision about a point that is not there).

@@ -33,6 +33,15 @@ struct ScanOptions {
 };
 int run_scan(const ScanOptions& options);
 
+struct ReplayOptions {
+    std::string input;   ///< run file or output folder
+    std::string out;     ///< empty: nothing is kept
+    double speed = 0.0;  ///< times the recorded pace; 0 = as fast as it goes
+    std::string events;
+    bool json = false;
+};
+int run_replay(const ReplayOptions& options);
+
 struct PlanOptions {
     std::string part, machine, out;
     bool json = false;

@@ -23,6 +23,7 @@ class CommandLine {
         add_demo();
         add_sim();
         add_scan();
+        add_replay();
         add_plan();
         add_fit();
         add_gate();
@@ -85,6 +86,18 @@ class CommandLine {
         c->add_option("--events", scan_.events, "write the event stream as NDJSON to this file, - for standard output");
     }
 
+    void add_replay() {
+        auto* c =
+            add("replay", "play a recorded run again, its run file as the machine", replay_, cmm::app::run_replay);
+        c->add_option("run", replay_.input, "run file or output folder")->required();
+        c->add_option("--speed", replay_.speed, "times the recorded pace, a whole number; 0 = as fast as it goes")
+            ->check(CLI::NonNegativeNumber)
+            ->capture_default_str();
+        c->add_option("--out", replay_.out, "folder for the results (default: none are kept)");
+        c->add_option("--events", replay_.events,
+                      "write the event stream as NDJSON to this file, - for standard output");
+    }
+
     void add_plan() {
         auto* c = add("plan", "plan the paths, check them, say what would happen", plan_, cmm::app::run_plan);
         c->add_option("--part", plan_.part, "part file")->required();
@@ -145,6 +158,7 @@ class CommandLine {
     cmm::app::DemoOptions demo_;
     cmm::app::SimOptions sim_;
     cmm::app::ScanOptions scan_;
+    cmm::app::ReplayOptions replay_;
     cmm::app::PlanOptions plan_;
     cmm::app::FitOptions fit_;
     cmm::app::GateOptions gate_;

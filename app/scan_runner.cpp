@@ -55,7 +55,8 @@ core::Status prepare_folder(const std::string& out, bool resume) {
 
 core::Result<acquisition::ScanRequest> make_request(const RunnerOptions& options, const std::string& machine_url) {
     acquisition::ScanRequest request;
-    auto part = acquisition::load_part_file(options.part);
+    auto part = options.known_part ? core::Result<acquisition::PartFile>(*options.known_part)
+                                   : acquisition::load_part_file(options.part);
     if (!part) return tl::unexpected(part.error());
     auto nominal = acquisition::load_nominal(part->nominal);
     if (!nominal) return tl::unexpected(nominal.error());
@@ -99,7 +100,7 @@ int print_result(const acquisition::PartResult& result, const std::string& out, 
         std::printf("%s\n", acquisition::result_json(result).c_str());
     } else {
         std::printf("%s", acquisition::summary_text(result).c_str());
-        std::printf("files: %s (open report.html)\n", out.c_str());
+        if (!out.empty()) std::printf("files: %s (open report.html)\n", out.c_str());
     }
     return code;
 }
@@ -157,7 +158,7 @@ int run_main_job(const RunnerOptions& options) {
     progress.line(std::to_string(outcome->samples) + " points; section result after its last point: p50 " +
                   core::fixed(latency.p50_ms, 1) + " ms, p99 " + core::fixed(latency.p99_ms, 1) + " ms, max " +
                   core::fixed(latency.max_ms, 1) + " ms");
-    return print_result(outcome->result, options.out, options.json);
+    return print_result(outcome->result, options.scratch ? "" : options.out, options.json);
 }
 
 }  // namespace cmm::app

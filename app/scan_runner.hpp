@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <string>
 
+#include "acquisition/part_file.hpp"
 #include "acquisition/section_result.hpp"
 #include "core/error.hpp"
 
@@ -11,7 +13,9 @@ namespace cmm::app {
 struct RunnerOptions {
     std::string machine, part, out, events;
     bool resume = false, json = false;
-    std::string title;  ///< first line on the terminal
+    std::shared_ptr<const acquisition::PartFile> known_part;  ///< instead of the file `part`
+    bool scratch = false;                                     ///< `out` does not outlive the command: it is not named
+    std::string title;                                        ///< first line on the terminal
 };
 
 /// The main job on any machine: connect, scan, judge, write the outputs; prints the verdict table. Returns the exit
@@ -19,7 +23,8 @@ struct RunnerOptions {
 /// orderly end.
 int run_main_job(const RunnerOptions& options);
 
-/// Prints one finished result: the verdict table, or with `json` the whole document. Returns the verdict's exit code.
+/// Prints one finished result: the verdict table and the folder (empty: none), or with `json` the whole document.
+/// Returns the verdict's exit code.
 int print_result(const acquisition::PartResult& result, const std::string& out, bool json);
 
 }  // namespace cmm::app

@@ -63,6 +63,43 @@ TEST(Replay, AnUnknownPartIsMeasuredAgainToTheLastBit) {
     expect_same_files(folder / "first", folder / "third", {"sections.csv", "points.csv"});
 }
 
+TEST(Replay, ACommandPlaysARunByThePartFileKeptInIt) {
+    const TemporaryFolder folder;
+    const std::string part = folder / "blade.toml";
+    std::filesystem::copy_file(demo_part, part);
+    ASSERT_EQ(run({cmmlive(), "demo", "--part", part, "--speed", "0", "--out", folder / "first"}).exit_code, 0);
+    std::filesystem::remove(part);  // what counts is what the run keeps
+    const auto again = run({cmmlive(), "replay", folder / "first", "--speed", "0", "--out", folder / "again"});
+    ASSERT_EQ(again.exit_code, 0) << again.err;
+    std::vector<std::string> names{"sections.csv", "rejected.csv", "points.csv"};
+    for (int section = 0; section < 8; ++section)
+        names.push_back("section-" + std::to_string(section) + ".csv");
+    expect_same_files(folder / "first", folder / "again", names);
+
+    // Without --out the verdict is told and nothing stays.
+    const auto told = run({cmmlive(), "replay", folder / "first/run.cmmrun", "--json", "--events", folder / "events"});
+    EXPECT_EQ(told.exit_code, 0) << told.err;
+    EXPECT_NE(told.out.find("\"verdict\""), std::string::npos) << told.out;
+    EXPECT_NE(core::read_file(folder / "events").value().find("\"RunStopped\""), std::string::npos);
+    const auto shown = run({cmmlive(), "replay", folder / "first"});
+    EXPECT_EQ(shown.exit_code, 0) << shown.err;
+    EXPECT_EQ(shown.out.find("files:"), std::string::npos) << shown.out;
+}
+
+TEST(Replay, ACommandThatCannotBeDoneSaysWhy) {
+    const TemporaryFolder folder;
+    const auto absent = run({cmmlive(), "replay", folder / "none.cmmrun"});
+    EXPECT_EQ(absent.exit_code, 6) << absent.err;
+    EXPECT_NE(absent.err.find("none.cmmrun"), std::string::npos) << absent.err;
+    ASSERT_EQ(run({cmmlive(), "demo", "--speed", "0", "--out", folder / "run"}).exit_code, 0);
+    const auto onto_itself = run({cmmlive(), "replay", folder / "run", "--out", folder / "run"});
+    EXPECT_EQ(onto_itself.exit_code, 3) << onto_itself.err;
+    EXPECT_NE(onto_itself.err.find("holds a run already"), std::string::npos) << onto_itself.err;
+    const auto half = run({cmmlive(), "replay", folder / "run", "--speed", "0.5"});
+    EXPECT_EQ(half.exit_code, 3) << half.err;
+    EXPECT_NE(half.err.find("whole number"), std::string::npos) << half.err;
+}
+
 TEST(Replay, ARunThatWasCutOffLeavesAGapThatIsNotEvaluable) {
     const TemporaryFolder folder;
     SimulatedMachine machine(demo_part, folder, {"--speed", "30", "--seed", "3"});
