@@ -89,6 +89,7 @@ class ReadOnlyJournal final : public ReadableJournal {
     Status set_origin(std::uint32_t /*boot_id*/, std::int64_t /*sequence_shift*/) override { return refuse(); }
     Status append(std::span<const Sample> /*samples*/) override { return refuse(); }
     Status flush() override { return {}; }
+    bool caught_up() const override { return true; }
     Status begin_path(const JournalPath& /*path*/) override { return refuse(); }
     Status finish_path(std::uint16_t /*path*/) override { return refuse(); }
     Status add_event(std::uint64_t /*seq*/, std::string_view /*kind*/, std::string_view /*line*/) override {
@@ -132,6 +133,10 @@ class WritingJournal final : public ReadableJournal {
     Status set_origin(std::uint32_t boot_id, std::int64_t sequence_shift) override;
     Status append(std::span<const Sample> samples) override;
     Status flush() override { return flush_queue(); }
+    bool caught_up() const override {
+        const std::lock_guard guard(mutex_);
+        return failure_ || idle();
+    }
     Status begin_path(const JournalPath& path) override;
     Status finish_path(std::uint16_t path) override;
     Status add_event(std::uint64_t seq, std::string_view kind, std::string_view line) override {
@@ -200,7 +205,7 @@ Status WritingJournal::append(std::span<const Sample> samples) {
                                                               " must come: refused");
         }
         if (waiting_samples_ + samples.size() > queue_samples) {
-            return core::fail(ErrorCode::journal_io,
+            return core::fail(ErrorCode::journal_slow,
                               "the disk is too slow: " + std::to_string(waiting_samples_) + " samples wait for it");
         }
         waiting_samples_ += samples.size();
@@ -225,7 +230,7 @@ Status WritingJournal::append(std::span<const Sample> samples) {
 Status WritingJournal::add_note(std::function<Status(RunFile&)> write) {
     const std::lock_guard guard(mutex_);
     if (failure_) return tl::unexpected(*failure_);
-    if (notes_.size() >= queue_notes) return core::fail(ErrorCode::journal_io, "the disk is too slow for the events");
+    if (notes_.size() >= queue_notes) return core::fail(ErrorCode::journal_slow, "the disk is too slow for the events");
     notes_.push_back({queued_, std::move(write)});
     return {};
 }

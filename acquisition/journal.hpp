@@ -53,12 +53,15 @@ class Journal {
     virtual const Header& header() const = 0;
     /// The controller was restarted: from now on its numbers mean this. Durable on return.
     virtual core::Status set_origin(std::uint32_t boot_id, std::int64_t sequence_shift) = 0;
-    /// Never blocks the caller for long: when the queue (1 << 20 samples) is full or the disk failed, the error comes
-    /// back and the caller holds the machine. A sequence other than the last one plus 1 is refused (journal_corrupt).
+    /// Never blocks the caller for long: when the queue (1 << 20 samples) is full (journal_slow) or the disk failed,
+    /// the error comes back and the caller holds the machine. A sequence other than the last one plus 1 is refused
+    /// (journal_corrupt).
     virtual core::Status append(std::span<const core::Sample> samples) = 0;
     virtual std::uint64_t durable_sequence() const noexcept = 0;
     /// Waits until everything appended is on the disk.
     virtual core::Status flush() = 0;
+    /// Whether nothing waits for the disk any more, or never will; does not wait.
+    virtual bool caught_up() const = 0;
     /// Paths and events wait in the same queue and reach the disk in order with the samples. The same id with other
     /// facts, or the end of a path that never began, is refused (internal). The beginning is durable on return.
     virtual core::Status begin_path(const JournalPath& path) = 0;

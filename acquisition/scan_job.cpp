@@ -47,7 +47,7 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
     ScanOutcome outcome;
     outcome.result.sections = finisher_->take_all();
     outcome.section_final = finisher_->latency();
-    outcome.samples = intake_ ? intake_->received() : 0;
+    outcome.samples = samples();
     outcome.error = error_;
     // A person who ends the last section by hand has ended the run, not broken it off.
     if (!error_ && stop_requested_ && std::find(done_.begin(), done_.end(), false) != done_.end())
@@ -102,6 +102,9 @@ boost::asio::awaitable<SessionInput> ScanJob::perform(SessionAction action) {
         case SessionAction::scan:
             status = co_await scan();
             break;
+        case SessionAction::wait:
+            status = co_await hold();
+            break;
         case SessionAction::stop_machine:
             status = co_await stop_machine();
             break;
@@ -119,7 +122,14 @@ boost::asio::awaitable<SessionInput> ScanJob::perform(SessionAction action) {
             break;
     }
     if (status) co_return SessionInput::succeeded;
-    report_fault(status.error());
+    core::Error error = status.error();
+    if (held_by_ || may_pass(error)) {
+        held_by_ = std::move(error);
+        co_return SessionInput::held;
+    }
+    const bool contact = co_await ran_into_something(error);
+    if (contact) co_await back_off(error);
+    report_fault(error);
     co_return SessionInput::failed;
 }
 
@@ -130,7 +140,7 @@ void ScanJob::report_fault(const core::Error& error) {
         .add("message", error.text())
         .add("motion", core::to_string(error.motion));
     fields.add("state", to_string(state_)).add("section", section_).add("path", last_path_);
-    fields.add("samples", intake_ ? intake_->received() : 0);
+    fields.add("samples", samples());
     fields.raw("link", "{" + link_payload(machine_.link_stats()) + "}");
     events_.emit(EventKind::machine_fault, 0.0, fields.text());
 }
@@ -184,6 +194,8 @@ core::Status ScanJob::start_journal(const drivers::RunOrigin& origin) {
 
 /// What happened goes into the run file as well; what can be told again from the samples does not.
 void ScanJob::keep_events() {
+    if (events_kept_in_.lock() == journal_) return;
+    events_kept_in_ = journal_;
     events_.listen([journal = std::weak_ptr<Journal>(journal_)](const Event& event) {
         if (event.kind == EventKind::sample_batch || event.kind == EventKind::section_updated) return;
         // A disk that fails shows at the next flush; an event must not end the run.
@@ -207,9 +219,11 @@ ScanJob::Step ScanJob::home() {
 ScanJob::Step ScanJob::qualify() {
     auto now = co_await machine_.state();
     if (!now) co_return tl::unexpected(now.error());
-    if ((now->qualified && request_.resume) || !capabilities_.moves) co_return core::Status{};
+    if ((now->qualified && (request_.resume || qualified_)) || !capabilities_.moves) co_return core::Status{};
     progress("qualifying the stylus");
-    co_return co_await machine_.qualify(request_.part.stylus.radius_mm);
+    const auto status = co_await machine_.qualify(request_.part.stylus.radius_mm);
+    qualified_ = status.has_value();
+    co_return status;
 }
 
 boost::asio::awaitable<core::Result<bool>> ScanJob::approach() {
@@ -226,14 +240,23 @@ boost::asio::awaitable<core::Result<bool>> ScanJob::approach() {
     // Resumed beside the last contact: already there. Without a nominal no way round the part is known that is safer.
     const bool beside = (now->position_mm - start).norm() < 2.0 * plan_.approach_mm && !restored_[section_].empty();
     const auto route = beside ? std::vector<Eigen::Vector3d>{start} : travel_route(plan_, now->position_mm, start);
+    Eigen::Vector3d from = now->position_mm;
     for (const auto& point : route) {
-        if (auto status = co_await machine_.move(point, plan_.travel_speed_mm_s); !status) {
+        if (auto status = co_await travel(from, point); !status) {
             core::Error error = status.error();
             error.with_context("on the way to " + section_text(section_, setups_[section_].z_mm));
             co_return tl::unexpected(std::move(error));
         }
+        from = point;
     }
+    came_from_ = from;
     co_return true;
+}
+
+/// Free and straight; should it end in a collision, the way back is known.
+ScanJob::Step ScanJob::travel(Eigen::Vector3d from, Eigen::Vector3d to) {
+    came_from_ = from;
+    co_return co_await machine_.move(to, plan_.travel_speed_mm_s);
 }
 
 drivers::ScanPath ScanJob::next_path() const {
@@ -270,6 +293,7 @@ ScanJob::Step ScanJob::scan() {
                      .add("points", expected_points(section_))
                      .text());
     progress(section_text(section_, setups_[section_].z_mm));
+    left_over_.reset();
     const bool unknown = plan_.paths[section_].points.empty();
     core::Status status;
     if (!capabilities_.moves) {
@@ -281,7 +305,7 @@ ScanJob::Step ScanJob::scan() {
     }
     auto left = intake_->end();
     if (!status) {
-        if (left) finisher_->submit(std::move(left));
+        left_over_ = std::move(left);
         core::Error error = status.error();
         error.with_context("while scanning " + section_text(section_, setups_[section_].z_mm));
         co_return tl::unexpected(std::move(error));
@@ -311,6 +335,7 @@ ScanJob::Step ScanJob::scan_planned(drivers::ScanPath path) {
 
 void ScanJob::section_completed(std::unique_ptr<LiveSection> section) {
     done_[section->setup().index] = true;
+    left_over_.reset();
     progress(section_text(section->setup().index, section->setup().z_mm) + ": " +
              std::to_string(section->points().size()) + " points");
     finisher_->submit(std::move(section));
@@ -331,6 +356,11 @@ ScanJob::Step ScanJob::stop_machine() {
 ScanJob::Step ScanJob::flush() {
     core::Status flushed;
     if (journal_) flushed = journal_->flush();
+    if (!flushed && may_pass(flushed.error())) {
+        held_by_ = flushed.error();
+        co_return flushed;
+    }
+    if (left_over_) finisher_->submit(std::move(left_over_));
     if (!owner_) co_return flushed;
     // Without the release the next host waits for the watchdog; a link that is gone cannot carry it.
     auto released = co_await machine_.end_run();
@@ -347,6 +377,10 @@ double ScanJob::share_done() const {
     for (std::size_t i = 0; i < done_.size(); ++i)
         share += done_[i] ? 1.0 : 0.0;
     return done_.empty() ? 0.0 : share / static_cast<double>(done_.size());
+}
+
+std::uint64_t ScanJob::samples() const {
+    return samples_before_ + (intake_ ? intake_->received() : 0);
 }
 
 void ScanJob::notice(const std::string& text) {

@@ -73,7 +73,19 @@ class ScanJob {
     core::Status reopen_journal();
     core::Status restore_sections();
     boost::asio::awaitable<core::Result<Eigen::Vector3d>> ready();
+    Step take_up();
     Step leave_part();
+    boost::asio::awaitable<core::Result<drivers::MachineStatus>> come_to_rest();
+    bool may_pass(const core::Error& error) const;
+    Step hold();
+    void announce_hold(const core::Error& cause);
+    boost::asio::awaitable<core::Result<bool>> has_passed(core::Error& cause);
+    core::Result<bool> replace_journal();
+    boost::asio::awaitable<bool> ran_into_something(const core::Error& error);
+    boost::asio::awaitable<void> back_off(core::Error& error);
+    boost::asio::awaitable<core::Result<double>> retract();
+    std::optional<Eigen::Vector3d> way_back(const Eigen::Vector3d& where) const;
+    Step travel(Eigen::Vector3d from, Eigen::Vector3d to);
     Step home();
     Step qualify();
     boost::asio::awaitable<core::Result<bool>> approach();
@@ -94,6 +106,7 @@ class ScanJob {
     drivers::ScanPath next_path() const;
     std::unique_ptr<LiveSection> new_section(std::size_t index) const;
     double share_done() const;
+    std::uint64_t samples() const;
     /// Of a section that is driven along a plan; 0: not known beforehand.
     std::size_t expected_points(std::size_t section) const;
 
@@ -115,8 +128,18 @@ class ScanJob {
     std::vector<SectionSetup> setups_;
     std::vector<std::vector<RecordedPoint>> restored_;  // resume: points of a section that was not finished
     std::vector<bool> done_;
-    std::size_t section_ = 0;     // under the probe
-    std::optional<Entry> entry_;  // unknown part: into the last section
+    std::size_t section_ = 0;                   // under the probe
+    std::optional<Entry> entry_;                // unknown part: into the last section
+    std::optional<Eigen::Vector3d> came_from_;  // a free place, straight behind the motion under way
+    std::unique_ptr<LiveSection> left_over_;    // of the section that was broken off last
+    std::optional<core::Error> held_by_;
+    bool going_on_ = false;  // after a hold: the run file is open, the machine ours
+    bool started_ = false, qualified_ = false;
+    double waited_s_ = 0.0;
+    std::uint64_t held_after_ = 0;  // sample
+    std::optional<std::uint64_t> first_durable_;
+    std::uint64_t samples_before_ = 0;  // of this process, before the present intake
+    std::weak_ptr<Journal> events_kept_in_;
     std::uint16_t last_path_ = 0;
     std::unique_ptr<SectionFinisher> finisher_;
 };

@@ -18,13 +18,16 @@ namespace cmm::acquisition {
 
 ScanJob::Step ScanJob::recover() {
     core::Status status;
-    if (request_.resume) {
+    if (going_on_) {
+        status = co_await take_up();
+    } else if (request_.resume) {
         status = co_await resume_run();
     } else {
         status = co_await begin_run();
     }
     if (!status) co_return status;
     keep_events();
+    if (std::exchange(started_, true)) co_return core::Status{};
     events_.emit(EventKind::run_started, 0.0,
                  JsonFields()
                      .add("run", request_.run_id)
@@ -42,6 +45,7 @@ ScanJob::Step ScanJob::begin_run() {
     owner_ = true;
     if (auto status = start_journal(*origin); !status) co_return status;
     intake_ = std::make_unique<SampleIntake>(*journal_, events_);
+    first_durable_ = 0;
     // A stop or fault that another run ended with is not in the way of this one, once its cause is gone.
     if (const auto where = co_await ready(); !where) co_return tl::unexpected(where.error());
     co_return core::Status{};
@@ -49,6 +53,13 @@ ScanJob::Step ScanJob::begin_run() {
 
 ScanJob::Step ScanJob::resume_run() {
     if (auto status = reopen_journal(); !status) co_return status;
+    co_return co_await take_up();
+}
+
+/// Goes on behind the last sample of the open run file: with what the controller still holds, and clear of the part.
+ScanJob::Step ScanJob::take_up() {
+    came_from_.reset();
+    if (auto status = journal_->flush(); !status) co_return status;
     const auto& header = journal_->header();
     const std::optional<drivers::RunOrigin> before =
         drivers::RunOrigin{header.boot_id, header.sequence_shift, journal_->durable_sequence()};
@@ -58,6 +69,8 @@ ScanJob::Step ScanJob::resume_run() {
     if (origin->boot_id != header.boot_id || origin->sequence_shift != header.sequence_shift) {
         if (auto status = journal_->set_origin(origin->boot_id, origin->sequence_shift); !status) co_return status;
     }
+    if (!first_durable_) first_durable_ = journal_->durable_sequence();
+    samples_before_ = journal_->durable_sequence() - *first_durable_;
     intake_ = std::make_unique<SampleIntake>(*journal_, events_);
     // At rest first: a path that the killed host began must not grow behind the samples that are fetched now.
     if (const auto where = co_await ready(); !where) co_return tl::unexpected(where.error());
@@ -65,6 +78,7 @@ ScanJob::Step ScanJob::resume_run() {
     if (!drained) co_return tl::unexpected(drained.error());
     if (auto status = journal_->flush(); !status) co_return status;
     if (auto status = restore_sections(); !status) co_return status;
+    if (stop_requested_) co_return core::Status{};
     co_return co_await leave_part();
 }
 
@@ -103,11 +117,13 @@ core::Status ScanJob::restore_sections() {
         last_path_ = std::max(last_path_, section.last_path);
         samples += section.points.size();
         const std::size_t expected = expected_points(section.index);
-        if (section.finished || (expected > 0 && section.points.size() >= expected)) {
+        const bool whole = done_[section.index] || (expected > 0 && section.points.size() >= expected);
+        if (section.finished || whole) {
             // The host was cut off between the last sample and this note.
             if (!section.finished) {
                 if (auto status = journal_->finish_path(section.last_path); !status) return status;
             }
+            if (done_[section.index]) continue;  // judged before the run was held up
             auto live = std::make_unique<LiveSection>(setups_[section.index], capabilities_.lsb_mm,
                                                       core::PartFromMachine(), expected);
             live->restore(section.points);
@@ -120,9 +136,8 @@ core::Status ScanJob::restore_sections() {
     return {};
 }
 
-/// Where the probe stands, with a stop or fault of before cleared so that it may move again.
-boost::asio::awaitable<core::Result<Eigen::Vector3d>> ScanJob::ready() {
-    // A motion that a killed host began may still be running: end it and see it end, before anything else is asked.
+/// How the machine stands, after a motion under way (that a killed host began, say) was ended and seen to end.
+boost::asio::awaitable<core::Result<drivers::MachineStatus>> ScanJob::come_to_rest() {
     constexpr int most_looks = 250;
     boost::asio::steady_timer pause(co_await boost::asio::this_coro::executor);
     auto now = co_await machine_.state();
@@ -137,6 +152,12 @@ boost::asio::awaitable<core::Result<Eigen::Vector3d>> ScanJob::ready() {
         co_await pause.async_wait(boost::asio::use_awaitable);
         now = co_await machine_.state();
     }
+    co_return now;
+}
+
+/// Where the probe stands, with a stop or fault of before cleared so that it may move again.
+boost::asio::awaitable<core::Result<Eigen::Vector3d>> ScanJob::ready() {
+    const auto now = co_await come_to_rest();
     if (!now) co_return tl::unexpected(now.error());
     if (now->state == drivers::MachineState::stopped || now->state == drivers::MachineState::fault ||
         now->state == drivers::MachineState::emergency) {

@@ -34,10 +34,12 @@ boost::asio::awaitable<core::Result<Entry>> ScanJob::find_part() {
     for (const auto& line : touch_lines(plan_.paths[section_], request_.part, entry_)) {
         const auto where = co_await ready();
         if (!where) co_return tl::unexpected(where.error());
+        Eigen::Vector3d from = *where;
         for (const auto& point : travel_route(plan_, *where, line.from)) {
-            if (auto moved = co_await machine_.move(point, plan_.travel_speed_mm_s); !moved)
-                co_return tl::unexpected(moved.error());
+            if (auto moved = co_await travel(from, point); !moved) co_return tl::unexpected(moved.error());
+            from = point;
         }
+        came_from_ = from;
         const auto found = co_await machine_.touch(line.to, plan_.approach_speed_mm_s, scan.approach_mm, *intake_);
         if (!found) {
             if (stop_requested_ || found.error().code != core::ErrorCode::machine_no_contact)
@@ -51,8 +53,10 @@ boost::asio::awaitable<core::Result<Entry>> ScanJob::find_part() {
         std::vector<Eigen::Vector2d> beside;
         for (const double side : {1.0, -1.0}) {
             const Eigen::Vector3d above = *found + side * step - 0.5 * deeper;
+            came_from_ = *found - 0.5 * deeper;
             if (auto moved = co_await machine_.move(above, plan_.approach_speed_mm_s); !moved)
                 co_return tl::unexpected(moved.error());
+            came_from_ = above;
             const auto contact = co_await machine_.touch(*found + side * step + deeper, plan_.approach_speed_mm_s,
                                                          scan.approach_mm, *intake_);
             if (contact) {

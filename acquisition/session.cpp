@@ -27,12 +27,21 @@ constexpr std::array table{
     Row{approaching, In::no_path_left, flushing, Do::flush},
     Row{scanning, In::succeeded, approaching, Do::approach},
 
+    Row{recovering, In::held, holding, Do::wait},
+    Row{homing, In::held, holding, Do::wait},
+    Row{qualifying, In::held, holding, Do::wait},
+    Row{approaching, In::held, holding, Do::wait},
+    Row{scanning, In::held, holding, Do::wait},
+    Row{flushing, In::held, holding, Do::wait},
+    Row{holding, In::succeeded, recovering, Do::recover},
+
     Row{connecting, In::failed, stopping, Do::stop_machine},
     Row{recovering, In::failed, stopping, Do::stop_machine},
     Row{homing, In::failed, stopping, Do::stop_machine},
     Row{qualifying, In::failed, stopping, Do::stop_machine},
     Row{approaching, In::failed, stopping, Do::stop_machine},
     Row{scanning, In::failed, stopping, Do::stop_machine},
+    Row{holding, In::failed, stopping, Do::stop_machine},
 
     Row{idle, In::stop_requested, ended, Do::report},
     Row{connecting, In::stop_requested, stopping, Do::stop_machine},
@@ -41,6 +50,7 @@ constexpr std::array table{
     Row{qualifying, In::stop_requested, stopping, Do::stop_machine},
     Row{approaching, In::stop_requested, stopping, Do::stop_machine},
     Row{scanning, In::stop_requested, stopping, Do::stop_machine},
+    Row{holding, In::stop_requested, stopping, Do::stop_machine},
 
     Row{stopping, In::succeeded, flushing, Do::flush},
     Row{stopping, In::failed, flushing, Do::flush},
@@ -49,10 +59,10 @@ constexpr std::array table{
 };
 
 constexpr std::array<std::string_view, session_state_count> state_names{
-    "idle",        "connecting", "recovering", "homing",   "qualifying",
-    "approaching", "scanning",   "stopping",   "flushing", "ended"};
-constexpr std::array<std::string_view, session_input_count> input_names{"start", "succeeded", "no_path_left", "failed",
-                                                                        "stop_requested"};
+    "idle",     "connecting", "recovering", "homing",  "qualifying", "approaching",
+    "scanning", "stopping",   "flushing",   "holding", "ended"};
+constexpr std::array<std::string_view, session_input_count> input_names{"start", "succeeded", "no_path_left",
+                                                                        "held",  "failed",    "stop_requested"};
 
 }  // namespace
 
@@ -71,7 +81,8 @@ std::string_view to_string(SessionInput input) noexcept {
 }
 
 bool may_move(SessionState state) noexcept {
-    return state == homing || state == qualifying || state == approaching || state == scanning || state == stopping;
+    return state == homing || state == qualifying || state == approaching || state == scanning || state == stopping ||
+           state == holding;
 }
 
 }  // namespace cmm::acquisition

@@ -7,6 +7,9 @@
 /// The course of a run as a table: pure, total, without time or I/O. A thin shell (scan_job) performs the actions and
 /// feeds back what came of them.
 ///
+///                     holding: waits at rest for what may pass by itself (held) in the states from recovering on
+///                        | succeeded
+///                        v
 ///   idle -start-> connecting -> recovering -> homing -> qualifying -> approaching <-> scanning
 ///                     |             |           |           |         |  |              |
 ///                     +-------------+-----------+-----------+---------+  | no_path_left |
@@ -14,8 +17,8 @@
 ///                     +----------------> stopping ------------------> flushing -> ended |
 ///                              ^--------------------------------------------------------+
 ///
-/// Every active state leads to `stopping` on a failure: the machine is never left moving, and whatever was measured is
-/// flushed to the disk before the run ends.
+/// Also the flush may be held (by a full disk) before the run ends. Every active state leads to `stopping` on a
+/// failure: the machine is never left moving, and whatever was measured is flushed to the disk before the run ends.
 namespace cmm::acquisition {
 
 enum class SessionState : std::uint8_t {
@@ -28,12 +31,13 @@ enum class SessionState : std::uint8_t {
     scanning,
     stopping,
     flushing,
+    holding,
     ended,
 };
-inline constexpr int session_state_count = 10;
+inline constexpr int session_state_count = 11;
 
-enum class SessionInput : std::uint8_t { start, succeeded, no_path_left, failed, stop_requested };
-inline constexpr int session_input_count = 5;
+enum class SessionInput : std::uint8_t { start, succeeded, no_path_left, held, failed, stop_requested };
+inline constexpr int session_input_count = 6;
 
 enum class SessionAction : std::uint8_t {
     none,
@@ -43,6 +47,7 @@ enum class SessionAction : std::uint8_t {
     qualify,       ///< where needed
     approach,      ///< take the next path, go to its start; answers no_path_left when there is none
     scan,          ///< measure it
+    wait,          ///< at rest, until what holds the run up has passed
     stop_machine,  ///< controlled; harmless when it stands
     flush,         ///< everything durable, everything acknowledged
     report,

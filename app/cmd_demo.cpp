@@ -32,6 +32,7 @@ int run_demo(const DemoOptions& options) {
     runner.part = simulator.part_file;
     runner.out = options.out;
     runner.events = options.events;
+    runner.wait_s = options.wait_s;
     runner.json = options.json;
     runner.title =
         "a simulated machine listens on " + (*machine)->url() + "; scanning " + simulator.part_file +

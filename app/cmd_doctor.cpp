@@ -37,6 +37,8 @@ void print_machine(const MachineReport& found) {
 
 std::string machine_json(const MachineReport& found) {
     const auto& c = found.capabilities;
+    const auto& at = found.status.position_mm;
+    const std::string position = core::fixed(at.x(), 4) + "," + core::fixed(at.y(), 4) + "," + core::fixed(at.z(), 4);
     return "{" +
            acquisition::JsonFields()
                .add("model", c.model)
@@ -51,6 +53,8 @@ std::string machine_json(const MachineReport& found) {
                .add("homed", found.status.homed)
                .add("qualified", found.status.qualified)
                .add("fault", found.status.fault)
+               .add("in_contact", found.status.in_contact)
+               .raw("position_mm", "[" + position + "]")
                .raw("link", "{" + acquisition::link_payload(found.link) + "}")
                .text() +
            "}";

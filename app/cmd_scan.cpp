@@ -16,6 +16,7 @@ int run_scan(const ScanOptions& options) {
     runner.part = options.part;
     runner.out = options.out;
     runner.events = options.events;
+    runner.wait_s = options.wait_s;
     runner.resume = options.resume;
     runner.json = options.json;
     return run_main_job(runner);

@@ -13,7 +13,8 @@ struct DemoOptions {
     std::string part;    ///< empty: config/parts/demo.toml
     double speed = 1.0;  ///< times real time; 0 = as fast as it goes
     std::uint64_t seed = 1;
-    std::string events;  ///< file, "-" = standard output, empty = none
+    std::string events;    ///< file, "-" = standard output, empty = none
+    double wait_s = -1.0;  ///< negative: as the part file says
     bool json = false;
 };
 int run_demo(const DemoOptions& options);
@@ -29,6 +30,7 @@ int run_sim(const SimOptions& options);
 
 struct ScanOptions {
     std::string machine, part, out, events;
+    double wait_s = -1.0;  ///< negative: as the part file says
     bool resume = false, dry_run = false, json = false;
 };
 int run_scan(const ScanOptions& options);

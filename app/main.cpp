@@ -45,6 +45,14 @@ class CommandLine {
         return command;
     }
 
+    static void add_wait(CLI::App& command, double& wait_s) {
+        command
+            .add_option("--wait-s", wait_s,
+                        "how long to wait at rest while a door is open, the temperature out of range or the disk full; "
+                        "0 = end at once (default: [scan] wait_s of the part file)")
+            ->check(CLI::NonNegativeNumber);
+    }
+
     void add_demo() {
         auto* c = add("demo", "scan a blade on an embedded simulated machine and judge it", demo_, cmm::app::run_demo);
         c->add_option("--out", demo_.out, "folder for the results")->capture_default_str();
@@ -54,6 +62,7 @@ class CommandLine {
             ->capture_default_str();
         c->add_option("--seed", demo_.seed, "of noise and bad points")->capture_default_str();
         c->add_option("--events", demo_.events, "write the event stream as NDJSON to this file, - for standard output");
+        add_wait(*c, demo_.wait_s);
     }
 
     void add_sim() {
@@ -84,6 +93,7 @@ class CommandLine {
         c->add_flag("--resume", scan_.resume, "go on with the run in --out");
         c->add_flag("--dry-run", scan_.dry_run, "plan and check, move nothing");
         c->add_option("--events", scan_.events, "write the event stream as NDJSON to this file, - for standard output");
+        add_wait(*c, scan_.wait_s);
     }
 
     void add_replay() {

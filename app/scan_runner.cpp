@@ -61,6 +61,7 @@ core::Result<acquisition::ScanRequest> make_request(const RunnerOptions& options
     auto nominal = acquisition::load_nominal(part->nominal);
     if (!nominal) return tl::unexpected(nominal.error());
     request.part = std::move(*part);
+    if (options.wait_s >= 0.0) request.part.scan.wait_s = options.wait_s;
     request.nominal = std::move(*nominal);
     request.run_file = options.out + "/run.cmmrun";
     request.resume = options.resume;

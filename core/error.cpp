@@ -81,6 +81,10 @@ constexpr std::array facts{
               "Free space on the disk of the output folder, then run the same command with --resume: nothing measured "
               "is lost.",
               6, false},
+    CodeFacts{ErrorCode::journal_slow, "journal_slow",
+              "Give the output folder a faster or less busy disk, then run the same command with --resume: nothing "
+              "measured is lost.",
+              6, false},
     CodeFacts{ErrorCode::journal_corrupt, "journal_corrupt",
               "Keep the file; it was changed outside this program or the disk is failing.", 6, false},
     CodeFacts{ErrorCode::cancelled, "cancelled", "Run the same command with --resume to go on.", 4, false},

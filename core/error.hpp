@@ -37,6 +37,7 @@ enum class ErrorCode : std::uint8_t {
     machine_position,     ///< it does not know its position any more
     journal_io,           ///< the run file cannot be written or read
     journal_full,         ///< the disk is full
+    journal_slow,         ///< the disk is too slow for what is measured
     journal_corrupt,      ///< the run file does not hold what it must
     cancelled,            ///< stopped on request
     internal,             ///< a broken invariant of ours

@@ -256,7 +256,7 @@ asio::awaitable<core::Status> Session::settle(SampleSink& sink) {
         }
         if (durable) co_return core::Status{};
         if (port_->now_ms() >= give_up_ms) {
-            co_return core::fail(core::ErrorCode::journal_io,
+            co_return core::fail(core::ErrorCode::journal_slow,
                                  "samples from " + std::to_string(sink.durable_sequence() + 1) + " to " +
                                      std::to_string(last) + " did not become durable within " +
                                      std::to_string(static_cast<int>(durable_patience_ms / 1000.0)) + " s");

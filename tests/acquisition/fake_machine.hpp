@@ -48,8 +48,10 @@ class FakeMachine final : public drivers::Machine {
     std::string fail_at;          ///< the call that fails ...
     std::size_t fail_number = 1;  ///< ... when it comes for this time
     core::ErrorCode fail_code = core::ErrorCode::transport_closed;
-    std::size_t cut_after = 0;  ///< the link breaks after so many scanned samples (0: never) ...
-    std::size_t cut_keeps = 0;  ///< ... and so many more wait in the controller
+    bool fail_in_fault = false;  ///< a move that fails with machine_fault is a collision on the way
+    std::size_t cut_after = 0;   ///< the link breaks after so many scanned samples (0: never) ...
+    std::size_t cut_keeps = 0;   ///< ... and so many more wait in the controller
+    core::ErrorCode cut_code = core::ErrorCode::transport_closed;  ///< or what else ends the path there, at rest
     std::function<void(std::size_t scanned)> on_scanned;
     std::function<void(const std::string& call)> on_call;
     Contact contact = [](const drivers::PathPoint& point) { return std::optional(point.centre_mm); };
@@ -89,7 +91,14 @@ class FakeMachine final : public drivers::Machine {
         co_return core::Status{};
     }
     Status move(Eigen::Vector3d centre_mm, double /*speed_mm_s*/) override {
-        if (auto failed = enter("move"); !failed) co_return failed;
+        if (auto failed = enter("move"); !failed) {
+            if (fail_code == core::ErrorCode::machine_fault && fail_in_fault) {
+                status.state = drivers::MachineState::fault;
+                failed.error().motion = core::Motion::stopped;
+                status.position_mm += 0.25 * (centre_mm - status.position_mm);
+            }
+            co_return failed;
+        }
         if (status.state != drivers::MachineState::idle)
             co_return core::fail(core::ErrorCode::machine_refused, "not idle", core::Motion::stopped);
         moves.push_back(centre_mm);
@@ -181,7 +190,10 @@ class FakeMachine final : public drivers::Machine {
         if (cut_after > 0 && scanned_ > cut_after) {
             kept_.push_back(sample);
             if (scanned_ < cut_after + cut_keeps) return {};
-            status.state = drivers::MachineState::stopped;  // the controller's watchdog
+            status.state = cut_code == core::ErrorCode::machine_deflection ? drivers::MachineState::fault
+                                                                           : drivers::MachineState::stopped;
+            if (cut_code != core::ErrorCode::transport_closed)
+                return core::fail(cut_code, "cut", core::Motion::stopped);
             return core::fail(core::ErrorCode::transport_closed, "the link broke", core::Motion::unknown);
         }
         if (auto taken = sink.on_samples(std::span(&sample, 1)); !taken) return taken;

@@ -81,7 +81,7 @@ TEST(BadInput, AFullDiskStopsTheMachineAndTheRunCanGoOn) {
     const std::string disk = folder / "disk";
     const auto mounted = run({"sh", "-c", "mkdir " + disk + " && mount -t tmpfs -o size=300k tmpfs " + disk});
     if (mounted.exit_code != 0) GTEST_SKIP() << "no right to mount a small disk: " << mounted.err;
-    const auto demo = run({cmmlive(), "demo", "--speed", "0", "--out", disk});
+    const auto demo = run({cmmlive(), "demo", "--speed", "0", "--wait-s", "0", "--out", disk});
     run({"umount", disk});
     EXPECT_EQ(demo.exit_code, 6) << demo.out << demo.err;
     EXPECT_NE(demo.err.find("Free space"), std::string::npos) << demo.err;

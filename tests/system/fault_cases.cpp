@@ -15,7 +15,13 @@ constexpr double by_watchdog_ms = 500.0 + by_itself_ms;
 
 /// The controller stops: the run ends with this code and can be gone on with.
 FaultCase stops(std::string name, std::string error, bool lasting = false) {
-    return {std::move(name), {std::move(error)}, false, by_itself_ms, lasting};
+    FaultCase fault;
+    fault.name = std::move(name);
+    fault.errors = {std::move(error)};
+    fault.finishes = false;
+    fault.stop_ms = by_itself_ms;
+    fault.lasting = lasting;
+    return fault;
 }
 
 /// The run goes on as if nothing had been.
@@ -23,6 +29,18 @@ FaultCase harmless(std::string name, Wires wires = {Wire::tcp, Wire::rtu, Wire::
     FaultCase fault;
     fault.name = std::move(name);
     fault.wires = std::move(wires);
+    return fault;
+}
+
+/// The machine stops, the job waits at rest until it has passed and finishes by itself.
+FaultCase waited_for(const std::string& name, double stop_ms) {
+    FaultCase fault;
+    fault.name = name + "-waited-for";
+    fault.plan = name;
+    fault.wait_s = "30";
+    fault.errors = {"machine_watchdog"};  // of a host that got no processor for half a second
+    fault.stop_ms = stop_ms;
+    fault.spares_points = false;  // the rest of the section is another path with other noise
     return fault;
 }
 
@@ -111,6 +129,8 @@ std::vector<FaultCase> fault_cases() {
     cases.push_back(of_host("host-killed", {}, true));
     cases.push_back(of_host("disk-slow", {}, true));
     cases.push_back(of_host("disk-full", {"journal_full"}, false));
+    for (const char* name : {"door", "temperature", "disk-full"})
+        cases.push_back(waited_for(name, by_itself_ms));
     return cases;
 }
 

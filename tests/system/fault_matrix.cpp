@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/system/fault_matrix.hpp"
 
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <csignal>
 #include <filesystem>
@@ -115,11 +117,12 @@ class Rehearsal {
         std::vector<std::string> list{"--speed", fault.speed, "--seed", std::to_string(seed)};
         if (!of_host(fault)) {
             list.emplace_back("--faults");
-            list.push_back("config/faults/" + fault.name + ".toml");
+            list.push_back("config/faults/" + (fault.plan.empty() ? fault.name : fault.plan) + ".toml");
         }
         return list;
     }
     std::string run_file() const { return out_ + "/run.cmmrun"; }
+    bool fills_disk() const { return fault_.name.starts_with("disk-full"); }
     bool struck() { return of_host(fault_) || machine_.process().err().find("fault ") != std::string::npos; }
     void wait_until_mended() {
         wait_for([this] { return machine_.process().err().find("mended") != std::string::npos; });
@@ -131,9 +134,10 @@ class Rehearsal {
             return {"env", "LD_PRELOAD=" CMMLIVE_SLOW_DISK, "ASAN_OPTIONS=verify_asan_link_order=0",
                     "SLOW_DISK_MS=" + std::to_string(20 + rng_.below(180))};
         }
-        if (fault_.name == "disk-full") {  // a file that may not grow refuses like a full disk
-            const auto kilobytes = 16 + rng_.below(64);
-            return {"bash", "-c", "trap '' XFSZ; ulimit -f " + std::to_string(kilobytes) + "; exec \"$@\"", "bash"};
+        if (fills_disk()) {  // a file that may not grow refuses like a full disk
+            // With less than this there is no run file to go on with.
+            const auto kilobytes = (fault_.plan.empty() ? 16 : 60) + rng_.below(fault_.plan.empty() ? 64 : 20);
+            return {"bash", "-c", "trap '' XFSZ; ulimit -S -f " + std::to_string(kilobytes) + "; exec \"$@\"", "bash"};
         }
         return {};
     }
@@ -142,17 +146,28 @@ class Rehearsal {
         auto command = first ? surroundings() : std::vector<std::string>();
         const auto scan = scan_command(machine_, part, out_, std::filesystem::exists(run_file()));
         command.insert(command.end(), scan.begin(), scan.end());
-        command.emplace_back("--json");
+        command.insert(command.end(), {"--wait-s", fault_.wait_s});
+        const bool watched = first && fills_disk() && fault_.wait_s != "0";
+        if (!watched) command.emplace_back("--json");
         Process process(command, folder_ / ("scan-" + std::to_string(attempts_++)));
         if (first && fault_.name == "host-killed") {
             wait_for([&] { return !process.running(); }, std::chrono::milliseconds(50 + rng_.below(1500)));
             process.signal(SIGKILL);
         }
+        if (watched) make_room(process);
         auto ended = process.wait(deadline);
         if (ended.exit_code == 128 + SIGKILL && fault_.name != "host-killed") {
             result_.hung = "the scan did not end within " + std::to_string(deadline.count()) + " s";
         }
         return ended;
+    }
+
+    /// When the host says that it waits, the disk is empty again.
+    static void make_room(Process& process) {
+        const auto waits = [&] { return process.err().find("waiting at rest") != std::string::npos; };
+        wait_for([&] { return waits() || !process.running(); });
+        const rlimit unlimited{RLIM_INFINITY, RLIM_INFINITY};
+        ::prlimit(process.pid(), RLIMIT_FSIZE, &unlimited, nullptr);
     }
 
     void judge_end(const Finished& run) {

@@ -18,6 +18,8 @@ std::string to_string(Wire wire);
 /// What may go wrong, and what has to come of it.
 struct FaultCase {
     std::string name;                 ///< a plan config/faults/<name>.toml, or a fault of the host
+    std::string plan;                 ///< the plan where it is not that of the name
+    std::string wait_s = "0";         ///< how long the job waits at rest for what may pass
     std::vector<std::string> errors;  ///< codes that a run may end with; none: it has to finish by itself
     bool finishes = true;             ///< by itself, also where it may end with an error
     double stop_ms = 0.0;             ///< the machine has to stand so long after the fault; 0: it need not stop

@@ -30,7 +30,9 @@ TEST_P(FaultMatrix, NothingIsLostAndTheJobIsDoneInTheEnd) {
 INSTANTIATE_TEST_SUITE_P(Sample, FaultMatrix,
                          testing::Values(Sample{"emergency-stop", Wire::line}, Sample{"restart", Wire::rtu},
                                          Sample{"stale", Wire::rtu}, Sample{"reordered", Wire::tcp},
-                                         Sample{"disk-full", Wire::tcp}),
+                                         Sample{"disk-full", Wire::tcp}, Sample{"door-waited-for", Wire::rtu},
+                                         Sample{"temperature-waited-for", Wire::tcp},
+                                         Sample{"disk-full-waited-for", Wire::line}),
                          [](const auto& sample) {
                              std::string name = sample.param.fault + std::string("Over") + to_string(sample.param.wire);
                              std::erase(name, '-');
