@@ -6,6 +6,7 @@
 
 #include "fitting/edge_kind.hpp"
 #include "fitting/vec2.hpp"
+#include "fitting/vertex_frames.hpp"
 
 /// The forms that drawings give to leading and trailing edges (seed 000, A10), as curves of the part with exact foot
 /// points. All are convex and run counter-clockwise; their points are told apart by the direction of the outward
@@ -38,7 +39,9 @@ class ShapeBase {
 
 /// Every shape has `foot(p, near)`: the nearest point to p, `near` being the unit normal there as far as it is known;
 /// exact for points outside and for those inside that are nearer than the least radius of curvature. `radius_at` is
-/// the radius of curvature where the outward unit normal has the given direction.
+/// the radius of curvature where the outward unit normal has the given direction. Where Newton looks for the foot,
+/// `feet` finds those of `foot_lanes` points at a time, the same to the last bit.
+constexpr int foot_lanes = 8;
 
 /// Parameters: centre x, centre y, radius.
 class ArcShape : public ShapeBase<3> {
@@ -61,7 +64,9 @@ class EllipseShape : public ShapeBase<5> {
     bool valid() const;
     double semi_axis_along() const { return values_[3] / values_[4]; }
     double semi_axis_across() const { return values_[3] / std::sqrt(values_[4]); }
+    VertexConic conic() const;
     Foot foot(const Vec2& p, const Vec2& near) const;
+    void feet(const Vec2* points, const Vec2* near, Foot* feet) const;
     double radius_at(const Vec2& normal) const;
 };
 
@@ -71,7 +76,9 @@ class ParabolaShape : public ShapeBase<4> {
     static constexpr EdgeModel model = EdgeModel::parabola;
     explicit ParabolaShape(const Values& values) : ShapeBase(values, values[2]) {}
     bool valid() const { return values_[3] > 0.0; }
+    VertexConic conic() const;
     Foot foot(const Vec2& p, const Vec2& near) const;
+    void feet(const Vec2* points, const Vec2* near, Foot* feet) const;
     double radius_at(const Vec2& normal) const;
 };
 

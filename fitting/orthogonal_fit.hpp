@@ -2,10 +2,12 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
 
+#include "fitting/edge_shapes.hpp"
 #include "fitting/vec2.hpp"
 
 namespace cmm::fitting {
@@ -36,19 +38,31 @@ struct OrthogonalSums {
     OrthogonalSums(const Shape& shape, const OrthogonalData& data) {
         matrix.setZero();
         rhs.setZero();
-        for (std::size_t i = 0; i < data.points.size(); ++i) {
-            const auto foot = shape.foot(data.points[i], data.normals[i]);
-            const double residual = (data.points[i] - foot.position).dot(foot.normal) - data.ball_mm;
-            data.normals[i] = foot.normal;
-            data.residuals[i] = residual;
-            for (int k = 0; k < Shape::size; ++k) {
-                for (int j = 0; j <= k; ++j)
-                    matrix(k, j) += foot.slopes[k] * foot.slopes[j];
-                rhs[k] += residual * foot.slopes[k];
+        std::size_t i = 0;
+        if constexpr (requires(typename Shape::Foot * feet) { shape.feet(&data.points[0], &data.normals[0], feet); }) {
+            std::array<typename Shape::Foot, foot_lanes> feet;
+            for (; i + foot_lanes <= data.points.size(); i += foot_lanes) {
+                shape.feet(&data.points[i], &data.normals[i], feet.data());
+                for (std::size_t k = 0; k < feet.size(); ++k)
+                    add(data, i + k, feet[k]);
             }
-            squares += residual * residual;
         }
+        for (; i < data.points.size(); ++i)
+            add(data, i, shape.foot(data.points[i], data.normals[i]));
         matrix.template triangularView<Eigen::StrictlyUpper>() = matrix.transpose();
+    }
+
+  private:
+    void add(const OrthogonalData& data, std::size_t i, const typename Shape::Foot& foot) {
+        const double residual = (data.points[i] - foot.position).dot(foot.normal) - data.ball_mm;
+        data.normals[i] = foot.normal;
+        data.residuals[i] = residual;
+        for (int k = 0; k < Shape::size; ++k) {
+            for (int j = 0; j <= k; ++j)
+                matrix(k, j) += foot.slopes[k] * foot.slopes[j];
+            rhs[k] += residual * foot.slopes[k];
+        }
+        squares += residual * residual;
     }
 };
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -98,6 +99,34 @@ std::vector<Vec2> centres_of(const Shape& shape, double nose, double half, std::
         normals.push_back((foot.normal + 0.02 * Vec2(rng.normal(), rng.normal())).normalized());
     }
     return points;
+}
+
+template <class Shape>
+void check_side_by_side(const Shape& shape, double nose) {
+    core::Rng rng(4);
+    for (int trial = 0; trial < 200; ++trial) {
+        std::vector<Vec2> points, near;
+        for (int k = 0; k < foot_lanes; ++k) {
+            near.push_back(unit(nose + 1.5 * rng.normal()));
+            points.push_back(Vec2(shape.values().template head<2>()) + Vec2(rng.normal(), rng.normal()));
+        }
+        std::array<typename Shape::Foot, foot_lanes> feet;
+        shape.feet(points.data(), near.data(), feet.data());
+        for (std::size_t k = 0; k < feet.size(); ++k) {
+            const auto alone = shape.foot(points[k], near[k]);
+            ASSERT_EQ(feet[k].position, alone.position) << trial << ' ' << k;
+            ASSERT_EQ(feet[k].normal, alone.normal) << trial << ' ' << k;
+            ASSERT_EQ(feet[k].slopes, alone.slopes) << trial << ' ' << k;
+        }
+    }
+}
+
+/// Points far and near, inside and out, whose search takes from one to all steps.
+TEST(EdgeShapes, SideBySideTheFeetAreTheSameToTheLastBit) {
+    check_side_by_side(shape_of<EllipseShape>({3.0, -2.0, 0.5, 0.2, 0.25}), 0.5);
+    check_side_by_side(shape_of<EllipseShape>({3.0, -2.0, 2.5, 0.9, 2.5}), 2.5);
+    check_side_by_side(shape_of<EllipseShape>({3.0, -2.0, 2.5, 0.9, -0.2}), 2.5);
+    check_side_by_side(shape_of<ParabolaShape>({3.0, -2.0, -2.0, 0.3}), -2.0);
 }
 
 /// From a start some per cent off: exact without noise, and with noise the scatter that the normal matrix says.
