@@ -29,6 +29,8 @@ machine file (config/machines/*.toml):
   [link]    url, map, timeouts
   [dro]     (dro+serial, docs/dro.md) format, numbers = "decimal" | "integer", unit = "mm" | "inch", count, decimals,
             decimal_comma, point_tags, end, request, request_every_ms
+  [linuxcnc] (linuxcnc, docs/linuxcnc.md) connect_password, enable_password, joints, reset_estop, limit_min_mm,
+            limit_max_mm, max_speed_mm_s, max_acceleration_mm_s2, latch_delay_us, home_patience_s
   [controller] (simulation) limits, speeds, sample clock
 register map (config/maps/*.toml): docs/protocol-modbus.md
 fault plan (config/faults/*.toml, docs/reliability.md):

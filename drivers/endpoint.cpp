@@ -64,6 +64,7 @@ constexpr std::array schemes{
     SchemeForm{"modbus+rtu+tcp", Form::network, 502, "modbus+rtu+tcp://gateway:502?unit=1", gateway_options},
     SchemeForm{"line+serial", Form::device, 0, "line+serial:///dev/ttyUSB0?baud=115200", line_options},
     SchemeForm{"dro+serial", Form::device, 0, "dro+serial:///dev/ttyUSB0?baud=9600", dro_options},
+    SchemeForm{"linuxcnc", Form::network, 5007, "linuxcnc://host:5007", {}},
     SchemeForm{"ipp", Form::network, 1294, "ipp://host:1294", {}},
     SchemeForm{"replay", Form::file, 0, "replay:run.cmmrun?speed=1", replay_options},
     SchemeForm{"demo", Form::nothing, 0, "demo:", {}},

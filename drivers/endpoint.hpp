@@ -13,6 +13,7 @@ namespace cmm::drivers {
 /// Where a machine is, as one URL:
 ///   modbus+tcp://host[:502][?unit=1]                 modbus+rtu:///dev/ttyUSB0[?baud=115200&parity=even&unit=1]
 ///   modbus+rtu+tcp://gateway[:502][?unit=1]          line+serial:///dev/ttyUSB0[?baud=115200&parity=none]
+///   linuxcnc://host[:5007]
 ///   ipp://host[:1294]       replay:run.cmmrun        demo:
 /// docs/cli.md lists the options.
 /// A plain value; defaults are filled in. Schemes we have no form for are kept for the registry to judge.

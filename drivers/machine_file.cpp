@@ -43,6 +43,10 @@ core::Result<LinkSettings> load_link_settings(const std::string& path) {
     const bool listens = settings.endpoint.scheme == "dro+serial";
     if (root->has("dro") && !listens && !url.empty()) root->complain("dro", "belongs to a dro+serial:// url");
     if (listens) settings.dro = dro::read_dro_settings(root->table("dro"));
+    const bool is_linuxcnc = settings.endpoint.scheme == "linuxcnc";
+    if (root->has("linuxcnc") && !is_linuxcnc && !url.empty())
+        root->complain("linuxcnc", "belongs to a linuxcnc:// url");
+    if (is_linuxcnc) settings.linuxcnc = linuxcnc::read_linuxcnc_settings(root->table("linuxcnc"));
     if (auto done = root->finish(); !done) return tl::unexpected(done.error());
     return settings;
 }

@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "drivers/dro/dro_settings.hpp"
 #include "drivers/endpoint.hpp"
+#include "drivers/linuxcnc/linuxcnc_settings.hpp"
 
 namespace cmm::drivers {
 
@@ -20,6 +21,7 @@ struct LinkSettings {
     double reconnect_ms = 3000.0;  ///< how long a broken link is tried again before an operation fails
     double poll_ms = 2.0;          ///< pause between exchanges while no sample waits, at most 10
     dro::DroSettings dro;          ///< of dro+serial
+    linuxcnc::LinuxcncSettings linuxcnc;
 };
 
 /// Reads a machine file; the table [controller] belongs to the simulator. Errors: input_missing,

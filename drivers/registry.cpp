@@ -6,6 +6,7 @@
 #include "core/text.hpp"
 #include "drivers/dro/dro_machine.hpp"
 #include "drivers/line/line_port.hpp"
+#include "drivers/linuxcnc/linuxcnc_machine.hpp"
 #include "drivers/modbus/modbus_machine.hpp"
 
 namespace cmm::drivers {
@@ -38,6 +39,8 @@ Registry standard_registry() {
                   &line::make_line_machine});
     registry.add({"dro+serial", "a manual machine, arm or digital readout that prints its points (docs/dro.md)",
                   &dro::make_dro_machine});
+    registry.add({"linuxcnc", "LinuxCNC through linuxcncrsh, by single touches (docs/linuxcnc.md)",
+                  &linuxcnc::make_linuxcnc_machine});
     return registry;
 }
 

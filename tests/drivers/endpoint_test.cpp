@@ -29,6 +29,7 @@ TEST(Endpoint, NetworkForms) {
     EXPECT_EQ(parsed("modbus+tcp://cell-3").port, 502);
     EXPECT_EQ(parsed("modbus+tcp://cell-3/").host, "cell-3");
     EXPECT_EQ(parsed("ipp://cmm").port, 1294);
+    EXPECT_EQ(parsed("linuxcnc://cmm").port, 5007);
     EXPECT_EQ(parsed("modbus+tcp://[::1]:5020").host, "::1");
     EXPECT_EQ(parsed("modbus+tcp://[fe80::2]").port, 502);
 }

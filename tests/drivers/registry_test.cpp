@@ -80,6 +80,10 @@ TEST(MachineFile, TheExampleAndTheSimulatorsFileAreReadable) {
         ASSERT_TRUE(serial) << serial.error().text();
         EXPECT_EQ(serial->endpoint.place(), "/dev/ttyUSB0");
     }
+    const auto linuxcnc = load_link_settings("config/machines/linuxcnc.toml");
+    ASSERT_TRUE(linuxcnc) << linuxcnc.error().text();
+    EXPECT_EQ(linuxcnc->endpoint.port, 5007);
+    EXPECT_FALSE(linuxcnc->linuxcnc.reset_estop);
     const auto example = load_link_settings("config/machines/modbus-tcp.toml");
     ASSERT_TRUE(example) << example.error().text();
     EXPECT_EQ(example->endpoint.scheme, "modbus+tcp");
