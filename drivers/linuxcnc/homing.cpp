@@ -41,7 +41,7 @@ asio::awaitable<Status> wait_for_homing(RshSession& session, Motions& motions, d
             moved_ms = now_ms;
         }
         if (!*homed) unhomed_ms = now_ms;
-        if (now_ms - std::max(moved_ms, unhomed_ms) >= settled_ms) co_return Status{};
+        if (now_ms - std::max(moved_ms, unhomed_ms) >= settled_ms) co_return going_on;
         if (!*homed && now_ms - moved_ms >= 1e3 * patience_s) {
             core::Error error{ErrorCode::machine_refused,
                               "homing stands still and not every joint is homed: HOME_SEQUENCE must be given for each "

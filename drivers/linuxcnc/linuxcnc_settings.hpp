@@ -15,7 +15,7 @@ struct LinuxcncSettings {
     std::string connect_password = "EMC";    ///< linuxcncrsh --connectpw
     std::string enable_password = "EMCTOO";  ///< linuxcncrsh --enablepw
     std::size_t joints = 3;                  ///< as [KINS] JOINTS
-    bool reset_estop = false;                ///< homing and the clearing of a fault may take its own emergency stop back
+    bool reset_estop = false;  ///< homing and the clearing of a fault may take its own emergency stop back
     std::optional<Eigen::Vector3d> limit_min_mm, limit_max_mm;
     double max_speed_mm_s = 0.0;          ///< 0: whatever LinuxCNC allows
     double max_acceleration_mm_s2 = 0.0;  ///< 0: not known
