@@ -8,18 +8,8 @@
 #include "acquisition/json_text.hpp"
 #include "acquisition/plan_check.hpp"
 #include "acquisition/recorded_machine.hpp"
-#include "acquisition/section_start.hpp"
-#include "core/text.hpp"
 
 namespace cmm::acquisition {
-namespace {
-
-std::string section_text(std::size_t index, double z_mm) {
-    return "section " + std::to_string(index) + " (z " + core::fixed(z_mm, 3) + " mm)";
-}
-
-}  // namespace
-
 ScanJob::ScanJob(ScanRequest request, drivers::Machine& machine, const core::Clock& clock, EventHub& events)
     : request_(std::move(request)),
       machine_(machine),
@@ -224,121 +214,6 @@ ScanJob::Step ScanJob::qualify() {
     const auto status = co_await machine_.qualify(request_.part.stylus.radius_mm);
     qualified_ = status.has_value();
     co_return status;
-}
-
-boost::asio::awaitable<core::Result<bool>> ScanJob::approach() {
-    const auto open = std::find(done_.begin(), done_.end(), false);
-    if (open == done_.end()) co_return false;
-    section_ = static_cast<std::size_t>(open - done_.begin());
-    if (!capabilities_.moves) co_return true;
-    progress("to " + section_text(section_, setups_[section_].z_mm));
-    auto now = co_await machine_.state();
-    if (!now) co_return tl::unexpected(now.error());
-    if (plan_.paths[section_].points.empty() && restored_[section_].empty())
-        co_return true;  // find_part goes there itself
-    const auto start = start_of_section(plan_, plan_.paths[section_], setups_[section_], restored_[section_]);
-    // Resumed beside the last contact: already there. Without a nominal no way round the part is known that is safer.
-    const bool beside = (now->position_mm - start).norm() < 2.0 * plan_.approach_mm && !restored_[section_].empty();
-    const auto route = beside ? std::vector<Eigen::Vector3d>{start} : travel_route(plan_, now->position_mm, start);
-    Eigen::Vector3d from = now->position_mm;
-    for (const auto& point : route) {
-        if (auto status = co_await travel(from, point); !status) {
-            core::Error error = status.error();
-            error.with_context("on the way to " + section_text(section_, setups_[section_].z_mm));
-            co_return tl::unexpected(std::move(error));
-        }
-        from = point;
-    }
-    came_from_ = from;
-    co_return true;
-}
-
-/// Free and straight; should it end in a collision, the way back is known.
-ScanJob::Step ScanJob::travel(Eigen::Vector3d from, Eigen::Vector3d to) {
-    came_from_ = from;
-    co_return co_await machine_.move(to, plan_.travel_speed_mm_s);
-}
-
-drivers::ScanPath ScanJob::next_path() const {
-    drivers::ScanPath path;
-    path.id = static_cast<std::uint16_t>(last_path_ + 1);
-    path.section = section_;
-    path.approach_mm = request_.part.scan.approach_mm;
-    path.search_mm = request_.part.scan.search_mm;
-    path.retract_mm = request_.part.scan.approach_mm;
-    return path;
-}
-
-std::unique_ptr<LiveSection> ScanJob::new_section(std::size_t index) const {
-    auto live = std::make_unique<LiveSection>(setups_[index], capabilities_.lsb_mm, core::PartFromMachine(),
-                                              expected_points(index));
-    live->restore(restored_[index]);
-    return live;
-}
-
-ScanJob::Step ScanJob::scan() {
-    const auto path = next_path();
-    last_path_ = path.id;
-    JournalPath entry;
-    entry.path = path.id;
-    entry.section = section_;
-    entry.first_index = static_cast<std::uint32_t>(restored_[section_].size());
-    if (auto status = journal_->begin_path(entry); !status) co_return status;
-    if (auto status = journal_->flush(); !status) co_return status;
-    events_.emit(EventKind::path_started, 0.0,
-                 JsonFields()
-                     .add("section", section_)
-                     .add("path", path.id)
-                     .add("z_mm", setups_[section_].z_mm, 4)
-                     .add("points", expected_points(section_))
-                     .text());
-    progress(section_text(section_, setups_[section_].z_mm));
-    left_over_.reset();
-    const bool unknown = plan_.paths[section_].points.empty();
-    core::Status status;
-    if (!capabilities_.moves) {
-        status = co_await scan_by_hand(path);
-    } else if (unknown) {
-        status = co_await scan_unknown(path);
-    } else {
-        status = co_await scan_planned(path);
-    }
-    auto left = intake_->end();
-    if (!status) {
-        left_over_ = std::move(left);
-        core::Error error = status.error();
-        error.with_context("while scanning " + section_text(section_, setups_[section_].z_mm));
-        co_return tl::unexpected(std::move(error));
-    }
-    if (left) section_completed(std::move(left));
-    done_[section_] = true;
-    co_return journal_->finish_path(path.id);
-}
-
-ScanJob::Step ScanJob::scan_planned(drivers::ScanPath path) {
-    const auto& planned = plan_.paths[section_].points;
-    const std::size_t first = std::min(restored_[section_].size(), planned.size());
-    SampleIntake::Completed completed = [this](std::unique_ptr<LiveSection> section) {
-        section_completed(std::move(section));
-    };
-    intake_->begin(path.id, new_section(section_), std::move(completed));
-    drivers::PointList source(std::span<const drivers::PathPoint>(planned).subspan(first));
-    auto scanned = co_await machine_.scan(path, source, *intake_);
-    if (!scanned) co_return tl::unexpected(scanned.error());
-    if (scanned->points_passed < planned.size() - first) {
-        notice(section_text(section_, setups_[section_].z_mm) + ": the machine gave " +
-               std::to_string(scanned->points_passed) + " of " + std::to_string(planned.size() - first) +
-               " points; the gap is not evaluable");
-    }
-    co_return core::Status{};
-}
-
-void ScanJob::section_completed(std::unique_ptr<LiveSection> section) {
-    done_[section->setup().index] = true;
-    left_over_.reset();
-    progress(section_text(section->setup().index, section->setup().z_mm) + ": " +
-             std::to_string(section->points().size()) + " points");
-    finisher_->submit(std::move(section));
 }
 
 ScanJob::Step ScanJob::stop_machine() {

@@ -64,6 +64,33 @@ TEST_F(HoldTest, ADoorThatOpensInTheMiddleOfASectionIsWaitedFor) {
     EXPECT_TRUE(holds(told[0], "waiting at rest, up to 300 s")) << told[0];
 }
 
+struct DiskHoldTest : HoldTest, ::testing::WithParamInterface<ErrorCode> {};
+
+TEST_P(DiskHoldTest, InTheMiddleOfASectionTheDiskIsWaitedFor) {
+    machine.cut_after = job.plan.paths[0].points.size() + 25;
+    machine.cut_keeps = 5;
+    machine.cut_code = GetParam();
+    lasts(0);
+    const auto ran = run();
+    expect_all_measured_once(ran);
+    EXPECT_EQ(events_of(ran, EventKind::hold), 1U);
+    EXPECT_EQ(events_of(ran, EventKind::resume), 1U);
+    // What happened before and after the waiting is in the run file.
+    const auto journal = Journal::read(file);
+    ASSERT_TRUE(journal) << journal.error().text();
+    std::string kept;
+    const auto keep = [&kept](std::uint64_t, std::string_view line) {
+        kept += line;
+        return core::Status{};
+    };
+    ASSERT_TRUE((*journal)->each_event(1, keep));
+    for (const auto* event : {"\"RunStarted\"", "\"Hold\"", "\"RunStopped\""})
+        EXPECT_TRUE(holds(kept, event)) << event;
+}
+
+INSTANTIATE_TEST_SUITE_P(Disks, DiskHoldTest, ::testing::Values(ErrorCode::journal_full, ErrorCode::journal_slow),
+                         [](const auto& disk) { return std::string(disk.index == 0 ? "Full" : "Slow"); });
+
 TEST_F(HoldTest, ATemperatureBeforeTheFirstMotionIsWaitedFor) {
     machine.fail_at = "home";
     machine.fail_code = ErrorCode::machine_temperature;
