@@ -60,6 +60,19 @@ TEST_F(Hold, ItEndsWithTheReasonWhenTheTimeIsOver) {
     EXPECT_NE(events.find("\"event\":\"Hold\""), std::string::npos);
 }
 
+TEST_F(Hold, AnUnknownSectionGoesOnWhereItWas) {
+    const std::string unknown = "tests/system/parts/unknown.toml", plan = folder_ / "faults.toml";
+    std::ofstream(plan) << "[[fault]]\nwhat = \"door\"\nsamples = 170\nfor_s = 0.3\n";
+    machine_ = std::make_unique<SimulatedMachine>(unknown, folder_,
+                                                  std::vector<std::string>{"--speed", "10", "--faults", plan});
+    const auto ended =
+        Process(scan_command(*machine_, unknown, out_, false), folder_ / "scan").wait(std::chrono::seconds(60));
+    EXPECT_EQ(ended.exit_code, 0) << ended.err;
+    EXPECT_NE(ended.err.find("waiting at rest, up to 300 s"), std::string::npos) << ended.err;
+    machine_->end();
+    expect_every_sample_once(out_ + "/run.cmmrun", machine_->log());
+}
+
 TEST_F(Hold, AFullDiskThatIsEmptiedIsWaitedFor) {
     const std::string disk = folder_ / "disk";
     const auto mounted = run({"sh", "-c", "mkdir " + disk + " && mount -t tmpfs -o size=3m tmpfs " + disk});
