@@ -2,7 +2,6 @@
 #include "drivers/linuxcnc/linuxcnc_machine.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -12,6 +11,7 @@
 #include "core/rng.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "drivers/linuxcnc/capabilities.hpp"
 #include "drivers/linuxcnc/homing.hpp"
 #include "drivers/linuxcnc/motions.hpp"
 #include "drivers/linuxcnc/rsh_session.hpp"
@@ -27,7 +27,6 @@ using core::Result;
 using core::Status;
 using Eigen::Vector3d;
 
-constexpr double lsb_mm = 1e-5;      // LinuxCNC prints 1e-6 of its unit; so 32 bits reach 21 m
 constexpr double arrived_mm = 0.02;  // the last servo cycles are still under way when the interpreter is idle
 constexpr double off_line_mm = 0.1;  // contact beside the line of approach: the coordinates are not what we think
 constexpr double back_off_mm = 2.0;  // at a time, after a collision
@@ -99,8 +98,6 @@ class LinuxcncMachine final : public Machine {
     void set_trace(std::function<void(std::string_view)> line) override { session_.log().set_trace(std::move(line)); }
 
   private:
-    Capabilities describe(std::string ini_file) const;
-    Status check_target(const Vector3d& centre_mm, double speed_mm_s) const;
     asio::awaitable<Status> do_move(Vector3d centre_mm, double speed_mm_s);
     asio::awaitable<Status> travel(Vector3d centre_mm, double speed_mm_s);
     asio::awaitable<Status> back_off(Vector3d start_mm);
@@ -135,21 +132,6 @@ class Activity {
     MachineState& state_;
 };
 
-Capabilities LinuxcncMachine::describe(std::string ini_file) const {
-    const LinuxcncSettings& told = settings_.linuxcnc;
-    Capabilities machine;
-    machine.model = "LinuxCNC";
-    machine.serial = std::move(ini_file);
-    machine.touches = true;
-    machine.lsb_mm = lsb_mm;
-    const double reach_mm = lsb_mm * std::numeric_limits<std::int32_t>::max();
-    machine.limit_min_mm = told.limit_min_mm.value_or(Vector3d::Constant(-reach_mm));
-    machine.limit_max_mm = told.limit_max_mm.value_or(Vector3d::Constant(reach_mm));
-    machine.max_speed_mm_s = told.max_speed_mm_s;
-    machine.max_acceleration_mm_s2 = told.max_acceleration_mm_s2;
-    return machine;
-}
-
 asio::awaitable<Result<Capabilities>> LinuxcncMachine::connect() {
     if (occupied_) co_return tl::unexpected(busy_error());
     const Occupied occupied(occupied_);
@@ -158,7 +140,7 @@ asio::awaitable<Result<Capabilities>> LinuxcncMachine::connect() {
     begun_ = clock_.now();
     auto ini_file = co_await session_.get("inifile");
     if (!ini_file) co_return tl::unexpected(ini_file.error());
-    co_return describe(std::move(*ini_file));
+    co_return capabilities_of(settings_.linuxcnc, std::move(*ini_file));
 }
 
 asio::awaitable<Result<RunOrigin>> LinuxcncMachine::begin_run(std::optional<RunOrigin> resume) {
@@ -190,30 +172,10 @@ asio::awaitable<Status> LinuxcncMachine::home() {
     co_return done;
 }
 
-Status LinuxcncMachine::check_target(const Vector3d& centre_mm, double speed_mm_s) const {
-    const Capabilities machine = describe({});
-    constexpr std::array names{"x", "y", "z"};
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-        const double value = centre_mm[axis];
-        if (value >= machine.limit_min_mm[axis] && value <= machine.limit_max_mm[axis]) continue;
-        return core::fail(ErrorCode::machine_limit,
-                          "target " + std::string(names[static_cast<std::size_t>(axis)]) + " = " +
-                              core::fixed(value, 3) + " mm lies outside the travel limits " +
-                              core::fixed(machine.limit_min_mm[axis], 3) + " to " +
-                              core::fixed(machine.limit_max_mm[axis], 3) + " mm",
-                          Motion::stopped);
-    }
-    const bool has_fastest = machine.max_speed_mm_s > 0.0;
-    const double fastest = has_fastest ? machine.max_speed_mm_s : std::numeric_limits<double>::max();
-    if (speed_mm_s > 0.0 && speed_mm_s <= fastest) return {};
-    return refuse("a speed of " + core::fixed(speed_mm_s, 3) + " mm/s is not " +
-                  (has_fastest ? "within 0 to " + core::fixed(fastest, 3) + " mm/s" : "positive"));
-}
-
 asio::awaitable<Status> LinuxcncMachine::move(Vector3d centre_mm, double speed_mm_s) {
     if (occupied_) co_return tl::unexpected(busy_error());
     const Occupied occupied(occupied_);
-    if (auto fits = check_target(centre_mm, speed_mm_s); !fits) co_return fits;
+    if (auto fits = check_target(settings_.linuxcnc, centre_mm, speed_mm_s); !fits) co_return fits;
     auto done = co_await do_move(centre_mm, speed_mm_s);
     if (!done) done = tl::unexpected(ended(std::move(done.error())));
     co_return done;
@@ -280,7 +242,8 @@ asio::awaitable<Result<Vector3d>> LinuxcncMachine::touch(Vector3d target_mm, dou
                                                          SampleSink& sink) {
     if (occupied_) co_return tl::unexpected(busy_error());
     const Occupied occupied(occupied_);
-    if (auto fits = check_target(target_mm, speed_mm_s); !fits) co_return tl::unexpected(fits.error());
+    if (auto fits = check_target(settings_.linuxcnc, target_mm, speed_mm_s); !fits)
+        co_return tl::unexpected(fits.error());
     auto contact = co_await do_touch(target_mm, speed_mm_s, retract_mm, sink);
     if (!contact) contact = tl::unexpected(ended(std::move(contact.error())));
     co_return contact;

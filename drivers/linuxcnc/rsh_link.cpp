@@ -227,7 +227,7 @@ void RshLink::hear(Reply reply) {
     } else if (stops_unanswered_ > 0 && (reply.name == "ABORT" || reply.name == "ESTOP")) {
         --stops_unanswered_;
     } else if (reply.kind == Reply::Kind::meaningless) {
-        const bool echo = reply.name == "ECHO";
+        const bool echo = reply.name == "ECHO" || reply.name == "VERBOSE";  // may come before the echo is off
         if (!echo) log_.count([](LinkStats& stats) { ++stats.invalid; });
     } else {
         log_.count([](LinkStats& stats) { ++stats.stale; });

@@ -59,6 +59,7 @@ TEST_F(LinuxcncMachineTest, ConnectingChangesNothing) {
     EXPECT_EQ(state->state, MachineState::idle);
     EXPECT_TRUE(state->homed);
     EXPECT_EQ(linuxcnc.heard("set"), 2);  // echo and verbose: of this connection
+    EXPECT_EQ(machine().link_stats().errors(), 0U);
     const auto unasked = move(10.0);
     ASSERT_FALSE(unasked);
     EXPECT_EQ(unasked.error().code, ErrorCode::machine_refused);

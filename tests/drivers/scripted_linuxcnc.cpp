@@ -198,7 +198,7 @@ std::string ScriptedLinuxcnc::reply_to_get(const std::string& what) {
 std::string ScriptedLinuxcnc::reply_to_set(int fd, const std::string& what, const std::string& value) {
     const std::string big = upper(value);
     bool done = true;
-    if (what == "ECHO") return "set echo off\r\n";  // still echoed, never acknowledged
+    if (what == "ECHO") return "set echo off\r\nset verbose on\r\n";  // still echoed, never acknowledged
     if (what == "ENABLE") {
         done = value == "EMCTOO" || value == "off";
         if (done) in_control_ = value == "off" ? -1 : fd;
