@@ -89,16 +89,17 @@ std::string decision_payload(std::size_t section, Decision decision) {
 }
 
 std::string link_payload(const drivers::LinkStats& stats) {
-    return JsonFields()
-        .add("exchanges", stats.ok)
+    JsonFields fields;
+    fields.add("exchanges", stats.ok)
         .add("errors", stats.errors())
         .add("retries", stats.retries)
         .add("reconnects", stats.reconnects)
         .add("bytes_received", stats.bytes_received)
         .add("mean_round_trip_ms",
              stats.ok > 0 ? stats.total_round_trip_us * 1e-3 / static_cast<double>(stats.ok) : 0.0, 4)
-        .add("max_round_trip_ms", stats.max_round_trip_us * 1e-3, 3)
-        .text();
+        .add("max_round_trip_ms", stats.max_round_trip_us * 1e-3, 3);
+    if (!stats.note.empty()) fields.add("note", stats.note);
+    return fields.text();
 }
 
 }  // namespace cmm::acquisition

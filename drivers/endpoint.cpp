@@ -28,6 +28,7 @@ constexpr std::array<std::int64_t, 20> line_speeds{
     230'400, 460'800, 500'000, 576'000, 921'600, 1'000'000, 1'152'000, 3'000'000, 3'500'000, 4'000'000};
 
 constexpr OptionForm unit_option{"unit", 0, 255, {}};
+constexpr OptionForm in_flight_option{"in_flight", 1, 64, {}};
 constexpr OptionForm rtu_unit_option{"unit", 1, 247, {}};  // 0 is a broadcast: nobody answers
 constexpr OptionForm baud_option{"baud", line_speeds.front(), line_speeds.back(), {}};
 constexpr OptionForm parity_option{"parity", 0, 0, {"none", "even", "odd"}};
@@ -48,7 +49,7 @@ struct SchemeForm {
     std::span<const OptionForm> options;
 };
 
-constexpr std::array tcp_options{unit_option};
+constexpr std::array tcp_options{unit_option, in_flight_option};
 constexpr std::array rtu_options{rtu_unit_option,  baud_option,       parity_option, stop_bits_option, rts_option,
                                  rts_delay_option, turnaround_option, gap_option,    pty_option};
 constexpr std::array gateway_options{rtu_unit_option,  baud_option,       parity_option,

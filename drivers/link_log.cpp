@@ -35,6 +35,12 @@ LinkStats LinkLog::stats() const {
     return stats_;
 }
 
+void LinkLog::note(const std::string& text) {
+    if (tracing_) write("# " + text);
+    const std::lock_guard lock(stats_mutex_);
+    stats_.note = text;
+}
+
 void LinkLog::set_trace(std::function<void(std::string_view)> line) {
     const std::lock_guard lock(trace_mutex_);
     tracing_ = static_cast<bool>(line);
@@ -43,13 +49,18 @@ void LinkLog::set_trace(std::function<void(std::string_view)> line) {
 
 void LinkLog::trace(char direction, std::span<const std::uint8_t> bytes) {
     if (!tracing_) return;
-    const std::chrono::duration<double> now = std::chrono::steady_clock::now().time_since_epoch();
-    std::string line = std::to_string(now.count()) + " " + direction;
+    std::string line(1, direction);
     for (const auto byte : bytes) {
         line += ' ';
         line += hex_digits[byte >> 4U];
         line += hex_digits[byte & 15U];
     }
+    write(line);
+}
+
+void LinkLog::write(const std::string& what) {
+    const std::chrono::duration<double> now = std::chrono::steady_clock::now().time_since_epoch();
+    const std::string line = std::to_string(now.count()) + " " + what;
     const std::lock_guard lock(trace_mutex_);
     if (trace_) trace_(line);
 }

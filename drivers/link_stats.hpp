@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 namespace cmm::drivers {
 
@@ -20,6 +21,8 @@ struct LinkStats {
     std::uint64_t stale = 0;       ///< replies to requests that had been given up
     std::uint64_t retries = 0;
     std::uint64_t reconnects = 0;
+    std::uint64_t half_answered = 0;      ///< batches in flight of which some requests were answered and others not
+    std::string note;                     ///< what whoever looks after the link should know; empty: nothing
     std::uint64_t duplicate_samples = 0;  ///< received again after a lost reply and dropped
     std::uint64_t bytes_sent = 0;
     std::uint64_t bytes_received = 0;

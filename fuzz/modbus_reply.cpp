@@ -30,7 +30,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         request.kind = kind;
         request.read_count = static_cast<std::uint16_t>(size % (max_read + 1));
         request.write_count = 5;
-        if (tcp_header_fits(bytes)) take_reply(tcp_pdu(bytes), request);
+        const TcpCut cut = cut_tcp(bytes);
+        if (cut.kind == TcpCut::Kind::frame) take_reply(tcp_pdu(bytes.first(cut.size)), request);
         take_reply(bytes, request);
     }
     std::array<std::uint16_t, max_read> registers{};

@@ -201,11 +201,11 @@ asio::awaitable<core::Status> ControllerMachine::send_first_points(PathFeed& fee
     const double give_up_ms = session_.port().now_ms() + first_points_patience_ms;
     core::Status sent;
     while (sent && feed.taken() < points_before_scan) {
-        const auto window = feed.next_window();
-        if (!window) {
-            sent = tl::unexpected(window.error());
-        } else if (*window != nullptr) {
-            sent = co_await session_.send_window(feed, **window);
+        const auto some = co_await session_.send_windows(feed, points_before_scan);
+        if (!some) {
+            sent = tl::unexpected(some.error());
+        } else if (*some) {
+            continue;
         } else if (feed.taken() > 0) {
             break;
         } else if (!feed.refused()) {

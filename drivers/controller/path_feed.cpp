@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 namespace cmm::drivers::controller {
 
@@ -12,55 +13,78 @@ PathFeed::PathFeed(const Port& port, const Capabilities& machine, std::uint16_t 
       capacity_(machine.path_capacity),
       path_(path),
       source_(source),
-      points_(std::min(machine.path_window, port.window_limit())) {}
+      window_points_(std::min(machine.path_window, port.window_limit())) {}
 
-core::Result<const Window*> PathFeed::next_window() {
-    if (pending_ == 0 && !ended_) {
-        if (auto filled = fill(); !filled) return tl::unexpected(filled.error());
-    }
-    const bool room = taken_ - passed_ + pending_ <= capacity_;
-    if (pending_ == 0 || refused_ || !room) return static_cast<const Window*>(nullptr);
-    return &window_;
+/// Points that the source has given.
+std::uint32_t PathFeed::given() const noexcept {
+    if (pending_.empty()) return taken_;
+    return pending_.back().first_index + static_cast<std::uint32_t>(pending_.back().points.size());
 }
 
-core::Status PathFeed::fill() {
-    bool last = false;
-    pending_ = source_.next(points_, last);
-    for (std::size_t k = 0; k < pending_; ++k) {
-        if (auto fits = port_.check_point(points_[k], std::uint64_t{taken_} + k, lsb_mm_); !fits) return fits;
+bool PathFeed::may_fill(std::size_t most) const noexcept {
+    if (ended_ || pending_.size() >= most) return false;
+    if (pending_.empty()) return true;
+    const bool room = given() - passed_ + window_points_ <= capacity_;
+    return room && pending_.back().points.size() == window_points_;
+}
+
+core::Status PathFeed::next_windows(std::size_t most, std::vector<Round::WindowTurn>& windows) {
+    windows.clear();
+    while (may_fill(most)) {
+        const auto filled = fill();
+        if (!filled) return tl::unexpected(filled.error());
+        if (!*filled) break;
     }
-    if (last && pending_ == 0) {
-        if (auto marked = add_end_mark(); !marked) return marked;
+    if (refused_) return {};
+    for (const Pending& next : pending_) {
+        const std::size_t ahead = next.first_index - passed_ + next.points.size();
+        const std::size_t worth_trying = was_busy_ ? 1 : most;
+        if (windows.size() == worth_trying || ahead > capacity_) break;
+        windows.push_back({Window{path_, next.first_index, next.points, next.last}, Round::Fate::not_asked});
     }
-    if (pending_ == 0) return {};
-    ended_ = last;
-    last_point_ = points_[pending_ - 1];
-    window_ = {path_, taken_, std::span(points_).first(pending_), last};
     return {};
 }
 
-/// The end of a path is a flag of its last point. A source that notices the end only afterwards gets that point once
-/// more, unrecorded.
-core::Status PathFeed::add_end_mark() {
-    if (taken_ == 0) return core::fail(core::ErrorCode::plan_invalid, "the path has no points");
-    points_[0] = last_point_;
-    points_[0].record = false;
-    pending_ = 1;
-    return {};
+/// False: the source has nothing now.
+core::Result<bool> PathFeed::fill() {
+    Pending next;
+    next.first_index = given();
+    next.points.resize(window_points_);
+    const std::size_t count = source_.next(next.points, next.last);
+    next.points.resize(count);
+    for (std::size_t k = 0; k < count; ++k) {
+        const std::uint64_t index = std::uint64_t{next.first_index} + k;
+        if (auto fits = port_.check_point(next.points[k], index, lsb_mm_); !fits) return tl::unexpected(fits.error());
+    }
+    // The end of a path is a flag of its last point. A source that notices the end only afterwards gets that point once
+    // more, unrecorded.
+    if (next.last && count == 0) {
+        if (next.first_index == 0) return core::fail(core::ErrorCode::plan_invalid, "the path has no points");
+        next.points.assign(1, last_point_);
+        next.points.front().record = false;
+    }
+    if (next.points.empty()) return false;
+    ended_ = next.last;
+    last_point_ = next.points.back();
+    pending_.push_back(std::move(next));
+    return true;
 }
 
 core::Status PathFeed::settle(const Round& round) {
-    if (round.window_fate == Round::Fate::done) {
-        taken_ += static_cast<std::uint32_t>(pending_);
-        pending_ = 0;
-        return {};
+    for (std::size_t k = 0; k < round.windows.size(); ++k) {
+        const Round::Fate fate = round.windows[k].fate;
+        if (fate == Round::Fate::done) {
+            taken_ += static_cast<std::uint32_t>(pending_.front().points.size());
+            pending_.pop_front();
+            was_busy_ = false;
+            continue;
+        }
+        if (fate == Round::Fate::busy) refused_ = was_busy_ = true;
+        if (fate != Round::Fate::refused || k > 0) return {};
+        return core::fail(core::ErrorCode::protocol_invalid, "the controller refuses path points from " +
+                                                                 std::to_string(taken_) + " on with " + round.refusal);
     }
-    if (round.window_fate == Round::Fate::busy) {
-        refused_ = true;
-        return {};
-    }
-    return core::fail(core::ErrorCode::protocol_invalid, "the controller refuses path points from " +
-                                                             std::to_string(taken_) + " on with " + round.refusal);
+    return {};
 }
 
 void PathFeed::passed(std::uint32_t points) noexcept {

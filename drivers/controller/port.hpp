@@ -5,7 +5,6 @@
 #include <boost/asio/awaitable.hpp>
 #include <cstdint>
 #include <functional>
-#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -66,6 +65,7 @@ struct FifoBlock {
     bool overflow() const { return (flags & 1U) != 0; }
     bool more() const { return (flags & 2U) != 0; }
     bool path_ended() const { return (flags & 4U) != 0; }
+    void set_more(bool more) { flags = static_cast<std::uint16_t>((flags & ~2U) | (more ? 2U : 0U)); }
 };
 
 /// Points of a path in a row.
@@ -79,24 +79,38 @@ struct Window {
 /// Whether a point can be sent as 32-bit counts, a unit normal and 16 bits of speed. Errors: plan_invalid.
 core::Status check_point(const PathPoint& point, std::uint64_t index, double lsb_mm, double speed_step_mm_s);
 
-/// One turn of the conversation: what is wanted, and what came of it. Carried out in the order of the members.
+/// One turn of the conversation: what is wanted, and what came of it. Carried out in the order of the members. Command,
+/// status, first window and first block are repeated until they are answered; further windows and blocks are sent once:
+/// what is not answered of them stays `not_asked`, and is asked for again in a round of its own.
 struct Round {
     enum class Fate : std::uint8_t { not_asked, done, busy, refused };
 
-    const CommandBlock* command = nullptr;
-    const Window* window = nullptr;
-    struct Wanted {
+    struct WindowTurn {
+        Window window;
+        Fate fate = Fate::not_asked;
+    };
+    struct BlockTurn {
         std::uint32_t acknowledge = 0;  ///< safe at the host up to here
         std::uint32_t from = 1;         ///< first sample to send
+        bool answered = false;
+        FifoBlock block;
+        std::vector<core::Sample> samples;  ///< of the block; controller sequences, host time 0
     };
-    std::optional<Wanted> wanted;
+
+    const CommandBlock* command = nullptr;
+    std::vector<WindowTurn> windows;
+    std::vector<BlockTurn> blocks;
     bool ask_status = false;
 
-    Fate command_fate = Fate::not_asked, window_fate = Fate::not_asked;
-    std::string refusal;  ///< what the controller said to the command, window or exchange it refused
-    FifoBlock block;
-    std::vector<core::Sample> samples;  ///< of the block; controller sequences, host time 0
+    Fate command_fate = Fate::not_asked;
+    std::string refusal;  ///< what the controller said to the first of command, windows or blocks that it refused
     StatusBlock status;
+};
+
+/// How far a round may go: more than one window or block is sent ahead of the replies, on links that allow it.
+struct Reach {
+    std::size_t requests = 1;       ///< under way at once; 1: each waits for the reply before it
+    std::size_t block_samples = 1;  ///< of one block
 };
 
 /// A protocol's way to one controller. Coroutines are awaited on the machine's executor; rounds of several users are
@@ -118,6 +132,8 @@ class Port {
 
     /// Points that fit into one window, whatever the controller says.
     virtual std::size_t window_limit() const noexcept = 0;
+    /// At present: a controller may turn out not to take what a link would carry.
+    virtual Reach reach() const noexcept { return {}; }
     /// Errors: plan_invalid when the protocol has no number for a value (position, normal, speed).
     virtual core::Status check_point(const PathPoint& point, std::uint64_t index, double lsb_mm) const = 0;
     /// The path points passed, from a counter that may go round; `near` is a number not far from it.

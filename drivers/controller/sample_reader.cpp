@@ -18,8 +18,11 @@ std::uint64_t SampleReader::run_sequence(std::uint32_t controller_sequence) cons
 }
 
 core::Result<std::span<const core::Sample>> SampleReader::take(const FifoBlock& block, std::span<core::Sample> samples,
-                                                               std::int64_t host_time_ns) {
-    if (block.newest + 1 < next_) {
+                                                               std::int64_t host_time_ns, Asked asked) {
+    // It may have been answered earlier than a block before it that had to be repeated.
+    const bool follows = block.count > 0 && block.first <= next_;
+    if (asked == Asked::ahead && !follows) return std::span<const core::Sample>();
+    if (asked == Asked::due && block.newest + 1 < next_) {
         return core::fail(core::ErrorCode::protocol_invalid,
                           "the controller's newest sample is " + std::to_string(block.newest) + ", but it has sent " +
                               std::to_string(next_ - 1) + " already: its numbering went back");

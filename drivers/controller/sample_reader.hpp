@@ -19,10 +19,15 @@ class SampleReader {
     void begin(const RunOrigin& origin, std::uint32_t acknowledged);
     const RunOrigin& origin() const noexcept { return origin_; }
 
-    /// The samples of a checked block that are new, as part of `samples`, numbered within the run. Errors:
-    /// protocol_invalid (a gap, numbers that go back), machine_overflow (a gap after the controller's FIFO ran full).
+    /// Whether a block was asked for by the number that is due, or further ahead, before it was known what comes
+    /// before.
+    enum class Asked : std::uint8_t { due, ahead };
+
+    /// The samples of a checked block that are new, as part of `samples`, numbered within the run. A block asked for
+    /// ahead that does not follow on is dropped: what is missing is asked for again. Errors: protocol_invalid (a gap,
+    /// numbers that go back), machine_overflow (a gap after the controller's FIFO ran full).
     core::Result<std::span<const core::Sample>> take(const FifoBlock& block, std::span<core::Sample> samples,
-                                                     std::int64_t host_time_ns);
+                                                     std::int64_t host_time_ns, Asked asked = Asked::due);
     /// Samples seen so far may be acknowledged up to this number of the run.
     void durable(std::uint64_t run_sequence);
 

@@ -19,8 +19,7 @@ constexpr std::uint16_t result_refused = 4;
 constexpr double claim_again_ms = 50.0;
 constexpr double insist_every_ms = 300.0;  // longer than a stop takes that arrives, shorter than the watchdog time
 constexpr double busy_patience_ms = 1000.0;
-constexpr double stop_patience_ms = 5000.0;       // a machine brakes within a second; afterwards nothing is known
-constexpr double durable_patience_ms = 30'000.0;  // a slow disk, not a dead one
+constexpr double stop_patience_ms = 5000.0;  // a machine brakes within a second; afterwards nothing is known
 
 bool is_transport(core::ErrorCode code) {
     return code == core::ErrorCode::transport_connect || code == core::ErrorCode::transport_timeout ||
@@ -183,88 +182,6 @@ asio::awaitable<core::Result<StatusBlock>> Session::finish(StatusBlock status, S
     co_return status;
 }
 
-asio::awaitable<core::Result<FifoBlock>> Session::exchange(SampleSink* sink, PathFeed* feed, bool with_status) {
-    const Window* window = nullptr;
-    if (feed != nullptr) {
-        auto next = feed->next_window();
-        if (!next) co_return tl::unexpected(next.error());
-        window = *next;
-    }
-    insist();
-    if (sink != nullptr) reader_.durable(sink->durable_sequence());
-    round_.command = nullptr;
-    round_.window = window;
-    round_.wanted = Round::Wanted{reader_.acknowledge(), reader_.next_wanted()};
-    round_.ask_status = with_status;
-    auto answered = co_await port_->run(round_);
-    if (answered && window != nullptr) answered = feed->settle(round_);
-    if (!answered) co_return tl::unexpected(answered.error());
-    if (sink != nullptr) {
-        auto delivered = deliver(*sink);
-        if (!delivered) co_return tl::unexpected(delivered.error());
-    }
-    co_return round_.block;
-}
-
-asio::awaitable<core::Status> Session::send_window(PathFeed& feed, const Window& window) {
-    round_ = Round{};
-    round_.window = &window;
-    const auto answered = co_await port_->run(round_);
-    if (!answered) co_return answered;
-    co_return feed.settle(round_);
-}
-
-core::Status Session::deliver(SampleSink& sink) {
-    const std::uint64_t duplicates = reader_.duplicates();
-    const auto fresh = reader_.take(round_.block, round_.samples, clock_.now().count());
-    if (!fresh) return tl::unexpected(fresh.error());
-    if (reader_.duplicates() != duplicates) {
-        const std::uint64_t again = reader_.duplicates() - duplicates;
-        port_->count([again](LinkStats& stats) { stats.duplicate_samples += again; });
-    }
-    if (fresh->empty()) return {};
-    return sink.on_samples(*fresh);
-}
-
-asio::awaitable<core::Status> Session::drain(SampleSink& sink) {
-    for (;;) {
-        const auto block = co_await exchange(&sink, nullptr, false);
-        if (!block) {
-            const core::Error error = lost(block.error());
-            co_return tl::unexpected(error);
-        }
-        if (!block->more() && block->newest < reader_.next_wanted()) co_return core::Status{};
-        if (block->count == 0) {
-            co_return core::fail(
-                core::ErrorCode::protocol_invalid,
-                "the controller holds samples up to " + std::to_string(block->newest) + " but does not send them");
-        }
-    }
-}
-
-asio::awaitable<core::Status> Session::settle(SampleSink& sink) {
-    auto flushed = sink.flush();
-    if (!flushed) co_return flushed;
-    const double give_up_ms = port_->now_ms() + durable_patience_ms;
-    const std::uint64_t last = reader_.last_delivered();
-    for (;;) {
-        const bool durable = sink.durable_sequence() >= last;
-        const auto block = co_await exchange(&sink, nullptr, false);
-        if (!block) {
-            const core::Error error = lost(block.error());
-            co_return tl::unexpected(error);
-        }
-        if (durable) co_return core::Status{};
-        if (port_->now_ms() >= give_up_ms) {
-            co_return core::fail(core::ErrorCode::journal_slow,
-                                 "samples from " + std::to_string(sink.durable_sequence() + 1) + " to " +
-                                     std::to_string(last) + " did not become durable within " +
-                                     std::to_string(static_cast<int>(durable_patience_ms / 1000.0)) + " s");
-        }
-        co_await pause(poll_ms_);
-    }
-}
-
 asio::awaitable<core::Error> Session::abandon(core::Error error) {
     if (is_transport(error.code) || !port_->opened()) {
         core::Error completed = lost(std::move(error));
@@ -318,6 +235,8 @@ asio::awaitable<core::Result<RunOrigin>> Session::begin(std::optional<RunOrigin>
 
 core::Result<RunOrigin> Session::take_up(const StatusBlock& status, const std::optional<RunOrigin>& resume) {
     RunOrigin origin = resume.value_or(RunOrigin{});
+    newest_ = status.newest;
+    newest_growth_ = 0;
     const bool same_start = resume && resume->boot_id == capabilities_.boot_id;
     if (!same_start) {
         origin.boot_id = capabilities_.boot_id;

@@ -29,11 +29,13 @@ class Session {
     boost::asio::awaitable<core::Status> prepare();
     /// Gives a command (after prepare()) and returns the status that shows it taken. Errors: the controller's refusal.
     boost::asio::awaitable<core::Result<StatusBlock>> give(Opcode opcode, std::array<std::int32_t, 8> args);
-    /// Sends path points until there is no room or the feed has none. Errors: those of the round and of the feed.
-    boost::asio::awaitable<core::Status> send_window(PathFeed& feed, const Window& window);
+    /// Sends path points, as many windows as may be under way, to get `wanted` points to the controller in all. Returns
+    /// whether there were any to send. Errors: those of the round and of the feed.
+    boost::asio::awaitable<core::Result<bool>> send_windows(PathFeed& feed, std::uint32_t wanted);
     /// Keeps the exchange going until the command given last has ended; samples go to the sink, if there is one.
     boost::asio::awaitable<core::Result<StatusBlock>> finish(StatusBlock status, SampleSink* sink);
-    /// One FIFO exchange, a path window before it and a status after it when wanted; new samples go to the sink.
+    /// One round: path windows, blocks of samples, a status after them when wanted; new samples go to the sink. Returns
+    /// the head of the last block, with the count and the newest number of all.
     boost::asio::awaitable<core::Result<FifoBlock>> exchange(SampleSink* sink, PathFeed* feed, bool with_status);
     /// Between these the machine moves by our command (for the Error::motion of a lost link).
     void begin_motion() noexcept { moving_ = true; }
@@ -63,7 +65,11 @@ class Session {
 
   private:
     boost::asio::awaitable<core::Status> claim(double patience_ms);
+    core::Status compose(SampleSink* sink, PathFeed* feed, bool with_status);
+    std::size_t blocks_worth_asking(const Reach& reach) const;
+    void learn_newest(std::uint32_t newest);
     core::Status deliver(SampleSink& sink);
+    FifoBlock summary(bool delivered) const;
     core::Error lost(core::Error error) const;
     void insist();
     core::Result<RunOrigin> take_up(const StatusBlock& status, const std::optional<RunOrigin>& resume);
@@ -80,7 +86,9 @@ class Session {
     Capabilities capabilities_;
     SampleReader reader_;
     CommandBlock command_;
-    Round round_;  // of the operation under way; status() has its own
+    Round round_;                      // of the operation under way; status() has its own
+    std::uint32_t newest_ = 0;         // sample of the controller that we know of
+    std::uint32_t newest_growth_ = 0;  // by the last round
 };
 
 }  // namespace cmm::drivers::controller

@@ -47,7 +47,8 @@ std::size_t fitting(double byte_ms, std::size_t bytes_each, std::size_t most) {
 
 }  // namespace
 
-/// Everything but the atomics belongs to the thread of `io_`.
+/// One question at a time: a round has one window and one block at most (Port::reach). Everything but the atomics
+/// belongs to the thread of `io_`.
 class LinePort::Impl {
   public:
     Impl(const LinkSettings& settings, const DriverContext& context)
@@ -132,10 +133,10 @@ std::string LinePort::Impl::wording(Question question, const Round& round) {
         case Question::command:
             return command_body(*round.command);
         case Question::window:
-            return window_body(*round.window, lsb_mm_);
+            return window_body(round.windows.front().window, lsb_mm_);
         case Question::samples:  // repeated or not, each must look alive to the controller
-            return "SA " + std::to_string(++watchdog_) + " " + std::to_string(round.wanted->acknowledge) + " " +
-                   std::to_string(round.wanted->from) + " " + std::to_string(samples_per_frame());
+            return "SA " + std::to_string(++watchdog_) + " " + std::to_string(round.blocks.front().acknowledge) + " " +
+                   std::to_string(round.blocks.front().from) + " " + std::to_string(samples_per_frame());
         case Question::status:
             return "ST";
     }
@@ -167,7 +168,7 @@ core::Status LinePort::Impl::settle_refusal(Question question, const Message& me
     if (question == Question::command) {
         round.command_fate = fate;
     } else if (question == Question::window) {
-        round.window_fate = fate;
+        round.windows.front().fate = fate;
     } else {
         return core::fail(core::ErrorCode::protocol_invalid, "the controller refuses a question with " + round.refusal);
     }
@@ -181,8 +182,10 @@ core::Status LinePort::Impl::settle(Question question, const Message& message, R
     if (question == Question::samples) {
         auto samples = decode_samples(message.payload);
         if (!samples) return tl::unexpected(samples.error());
-        round.block = samples->block;
-        round.samples = std::move(samples->samples);
+        Round::BlockTurn& turn = round.blocks.front();
+        turn.block = samples->block;
+        turn.samples = std::move(samples->samples);
+        turn.answered = true;
         return check_boot(samples->boot_id);
     }
     if (question == Question::status) {
@@ -191,7 +194,7 @@ core::Status LinePort::Impl::settle(Question question, const Message& message, R
         round.status = status->block;
         return check_boot(status->boot_id);
     }
-    (question == Question::command ? round.command_fate : round.window_fate) = Round::Fate::done;
+    (question == Question::command ? round.command_fate : round.windows.front().fate) = Round::Fate::done;
     return {};
 }
 
@@ -253,8 +256,8 @@ asio::awaitable<core::Status> LinePort::Impl::serve(Round& round) {
     core::Status status;
     if (!opened_) status = core::fail(core::ErrorCode::transport_closed, "not connected to " + serial_.device);
     if (status && round.command != nullptr) status = co_await persist(Question::command, round);
-    if (status && round.window != nullptr) status = co_await persist(Question::window, round);
-    if (status && round.wanted) status = co_await persist(Question::samples, round);
+    if (status && !round.windows.empty()) status = co_await persist(Question::window, round);
+    if (status && !round.blocks.empty()) status = co_await persist(Question::samples, round);
     if (status && round.ask_status) status = co_await persist(Question::status, round);
     release();
     co_return status;

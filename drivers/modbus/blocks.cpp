@@ -185,6 +185,10 @@ std::size_t window_points(const RegisterMap& map) noexcept {
     return (max_write - map.path.header) / map.path.point_length;
 }
 
+std::size_t block_samples(const RegisterMap& map) noexcept {
+    return (map.fifo.length - map.fifo.points) / map.fifo.point_length;
+}
+
 std::size_t encode_window(const RegisterMap& map, const Window& from, double lsb_mm,
                           std::span<std::uint16_t> registers) {
     const auto& at = map.path;

@@ -46,4 +46,6 @@ std::size_t encode_window(const RegisterMap& map, const Window& from, double lsb
                           std::span<std::uint16_t> registers);
 /// Points that fit into one write by the map, whatever the controller says.
 std::size_t window_points(const RegisterMap& map) noexcept;
+/// Samples that one block carries.
+std::size_t block_samples(const RegisterMap& map) noexcept;
 }  // namespace cmm::drivers::modbus

@@ -21,10 +21,10 @@ class Bus::Impl {
     Impl(const Impl&) = delete;
     Impl& operator=(const Impl&) = delete;
 
-    void submit(bool connect, std::span<Transaction* const> batch, double timeout_ms) {
+    void submit(bool connect, std::span<Transaction* const> batch, double timeout_ms, std::size_t in_flight) {
         {
             const std::lock_guard lock(job_mutex_);
-            job_ = Job{connect, true, timeout_ms, batch};
+            job_ = Job{connect, true, timeout_ms, in_flight, batch};
         }
         conversation_.wake().signal();
     }
@@ -36,6 +36,7 @@ class Bus::Impl {
     struct Job {
         bool connect = false, pending = false;
         double timeout_ms = 0.0;
+        std::size_t in_flight = 1;
         std::span<Transaction* const> batch;
     };
 
@@ -54,7 +55,7 @@ class Bus::Impl {
             if (job.connect) {
                 conversation_.connect();
             } else {
-                conversation_.run(job.batch, job.timeout_ms);
+                conversation_.run(job.batch, job.timeout_ms, job.in_flight);
             }
             conversation_.serve_stop();
             done_.signal();
@@ -70,10 +71,10 @@ Bus::Bus(std::unique_ptr<Link> link, BusOptions options) : impl_(std::make_uniqu
 Bus::~Bus() = default;
 
 void Bus::connect() {
-    impl_->submit(true, {}, 0.0);
+    impl_->submit(true, {}, 0.0, 1);
 }
-void Bus::run(std::span<Transaction* const> batch, double response_timeout_ms) {
-    impl_->submit(false, batch, response_timeout_ms);
+void Bus::run(std::span<Transaction* const> batch, double response_timeout_ms, std::size_t in_flight) {
+    impl_->submit(false, batch, response_timeout_ms, in_flight);
 }
 int Bus::done_fd() const noexcept {
     return impl_->done_.fd();
@@ -83,6 +84,9 @@ bool Bus::overlaps() const noexcept {
 }
 double Bus::wire_ms(std::size_t bytes) const noexcept {
     return impl_->conversation_.link().wire_ms(bytes);
+}
+double Bus::service_ms() const noexcept {
+    return impl_->conversation_.service_ms();
 }
 bool Bus::connected() const noexcept {
     return impl_->conversation_.connected();
@@ -102,6 +106,9 @@ LinkStats Bus::stats() const {
 }
 void Bus::count(const std::function<void(LinkStats&)>& change) {
     impl_->conversation_.log().count(change);
+}
+void Bus::note(const std::string& text) {
+    impl_->conversation_.log().note(text);
 }
 void Bus::set_trace(std::function<void(std::string_view)> line) {
     impl_->conversation_.log().set_trace(std::move(line));

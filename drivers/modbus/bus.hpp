@@ -30,15 +30,18 @@ class Bus {
 
     /// Closes a link that is open, then opens a new one.
     void connect();
-    /// Executes in order; after one that ended neither ok nor by an exception the rest stays `not_sent`.
-    /// The array and its transactions must live until the job is done.
-    void run(std::span<Transaction* const> batch, double response_timeout_ms);
+    /// Sends in order, up to `in_flight` ahead of their replies where the link lets requests overlap; after one that
+    /// ended neither ok nor by an exception the rest stays `not_sent`. The array and its transactions must live until
+    /// the job is done.
+    void run(std::span<Transaction* const> batch, double response_timeout_ms, std::size_t in_flight = 1);
     /// An eventfd, non-blocking: reading 8 bytes from it takes the message that the job is done.
     int done_fd() const noexcept;
 
     /// Whether requests may overlap on this link, and how long so many bytes take on it.
     bool overlaps() const noexcept;
     double wire_ms(std::size_t bytes) const noexcept;
+    /// How long the controller took for a request of the last batch in flight; 0: there was none.
+    double service_ms() const noexcept;
     bool connected() const noexcept;
     /// Counts the connections made, those for a stop included.
     std::uint64_t link_number() const noexcept;
@@ -48,6 +51,7 @@ class Bus {
     void stop(StopKind kind) noexcept;
     LinkStats stats() const;
     void count(const std::function<void(LinkStats&)>& change);
+    void note(const std::string& text);
     void set_trace(std::function<void(std::string_view)> line);
 
   private:

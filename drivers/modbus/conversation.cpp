@@ -31,30 +31,53 @@ void Conversation::connect() {
     stop_matters_ = true;
 }
 
-void Conversation::run(std::span<Transaction* const> batch, double timeout_ms) {
+void Conversation::run(std::span<Transaction* const> batch, double timeout_ms, std::size_t in_flight) {
     for (Transaction* transaction : batch)
         transaction->outcome = Outcome::not_sent;
-    for (Transaction* transaction : batch) {
+    const std::size_t most = link_->overlaps() ? std::max<std::size_t>(in_flight, 1) : 1;
+    while (!batch.empty()) {
+        std::size_t count = 1;
+        while (count < std::min(most, batch.size()) && !batch[count - 1]->alone && !batch[count]->alone)
+            ++count;
+        const auto group = batch.first(count);
         let_late_reply_pass();
         serve_stop();
-        execute(*transaction, timeout_ms);
-        if (transaction->outcome != Outcome::ok && transaction->outcome != Outcome::exception) return;
+        execute(group, timeout_ms);
+        const bool answered = std::all_of(group.begin(), group.end(), [](const Transaction* transaction) {
+            return transaction->outcome == Outcome::ok || transaction->outcome == Outcome::exception;
+        });
+        if (!answered) return;
+        batch = batch.subspan(count);
     }
 }
 
-void Conversation::execute(Transaction& transaction, double timeout_ms) {
-    if (!link_->is_open()) {
-        transaction.outcome = Outcome::closed;
+void Conversation::execute(std::span<Transaction* const> group, double timeout_ms) {
+    if (!take_off(group)) {
+        give_up(Outcome::closed);
+        close_link();
         return;
     }
-    const auto started = SteadyClock::now();
-    const std::uint16_t id = ++last_id_;
-    transaction.outcome = send(transaction, id);
-    const auto patience = core::from_ms(timeout_ms + wire_ms(transaction));
-    if (transaction.outcome == Outcome::ok) await_reply(transaction, id, started + patience);
-    const std::chrono::duration<double, std::micro> took = SteadyClock::now() - started;
-    record(transaction.outcome, took.count());
-    recover(transaction, patience);
+    double patience_ms = timeout_ms;
+    for (const Transaction* transaction : group)
+        patience_ms += wire_ms(*transaction);
+    const auto patience = core::from_ms(patience_ms);
+    await_replies(patience);
+    recover(group, patience);
+}
+
+/// Puts the requests on the wire, one behind the other; false when the link broke meanwhile.
+bool Conversation::take_off(std::span<Transaction* const> group) {
+    under_way_.clear();
+    for (std::size_t k = 0; k < group.size(); ++k) {
+        if (!link_->is_open()) {
+            group[k]->outcome = Outcome::closed;
+            return false;
+        }
+        const std::uint16_t id = ++last_id_;
+        under_way_.push_back({id, group[k], SteadyClock::now()});
+        if (!send(*group[k], id, k + 1 < group.size())) return false;
+    }
+    return true;
 }
 
 /// Request and reply; the frame around either is at most as long as that of RTU.
@@ -63,76 +86,95 @@ double Conversation::wire_ms(const Transaction& transaction) const {
     return link_->wire_ms(encode_pdu(transaction, pdu) + reply_size(transaction) + 6);
 }
 
-void Conversation::recover(const Transaction& transaction, Duration patience) {
-    const Outcome outcome = transaction.outcome;
-    if (outcome == Outcome::closed) close_link();
-    if (outcome == Outcome::invalid && link_->is_open() && !link_->resync()) close_link();
+void Conversation::recover(std::span<Transaction* const> group, Duration patience) {
+    const auto any = [group](Outcome outcome) {
+        return std::any_of(group.begin(), group.end(),
+                           [outcome](const Transaction* transaction) { return transaction->outcome == outcome; });
+    };
+    if (any(Outcome::closed)) close_link();
+    if (any(Outcome::invalid) && link_->is_open() && !link_->resync()) close_link();
     // The reply to a write names its address: late or not, it passes for no other.
-    const bool mistakable = !link_->overlaps() && transaction.read_count > 0;
-    if (outcome == Outcome::timeout && mistakable) late_until_ = SteadyClock::now() + patience;
+    const bool mistakable = !link_->overlaps() && group.front()->read_count > 0;
+    if (any(Outcome::timeout) && mistakable) late_until_ = SteadyClock::now() + patience;
 }
 
-Transaction::Outcome Conversation::send(const Transaction& transaction, std::uint16_t id) {
+bool Conversation::send(const Transaction& transaction, std::uint16_t id, bool more) {
     std::array<std::uint8_t, max_pdu> pdu;
-    const auto bytes = link_->send(id, std::span(pdu).first(encode_pdu(transaction, pdu)));
-    if (bytes.empty()) return Outcome::closed;
-    log_.sent(bytes);
-    return Outcome::ok;
+    const auto bytes = link_->send(id, std::span(pdu).first(encode_pdu(transaction, pdu)), more);
+    if (!bytes.empty()) log_.sent(bytes);
+    return !bytes.empty();
 }
 
 /// Waits for something from the link, a message for this thread, or the deadline. True: ask the link.
 bool Conversation::wait_for_link(TimePoint deadline) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(deadline - SteadyClock::now()).count();
-    const auto longest = link_->has_part() ? std::min<std::int64_t>(left, Link::rest_timeout_ms) : left;
+    const bool rest_is_due = link_->has_part() && !link_->overlaps();
+    const auto longest = rest_is_due ? std::min<std::int64_t>(left, Link::rest_timeout_ms) : left;
     std::array<pollfd, 2> wait{{{link_->fd(), POLLIN, 0}, {wake_.fd(), POLLIN, 0}}};
     const int ready = ::poll(wait.data(), wait.size(), static_cast<int>(std::max<std::int64_t>(0, longest)));
     if (wait[1].revents != 0) wake_.clear();
-    rest_is_missing_ = ready == 0 && link_->has_part();
+    rest_is_missing_ = ready == 0 && rest_is_due;
     return wait[0].revents != 0;
 }
 
-/// Waits for the reply with this id; serves a stop meanwhile. Replies to requests given up earlier are counted and
-/// dropped.
-void Conversation::await_reply(Transaction& transaction, std::uint16_t id, TimePoint deadline) {
-    const bool is_stop = stop_sent_ && id == stop_id_;
-    const auto shortest_patience = core::from_ms(patience_before_stop_ms + wire_ms(transaction));
+/// Waits for the replies to what is under way, each for `patience` after the one before it; serves a stop meanwhile.
+/// Replies to requests given up earlier are counted and dropped.
+void Conversation::await_replies(Duration patience) {
+    const bool is_stop = stop_sent_ && under_way_.front().id == stop_id_;
+    const auto shortest_patience = core::from_ms(patience_before_stop_ms + wire_ms(*under_way_.front().transaction));
+    const std::size_t sent = under_way_.size();
+    auto deadline = under_way_.front().sent + patience;
+    TimePoint first_reply{}, last_reply{};
     while (SteadyClock::now() < deadline) {
         const bool arrived = wait_for_link(deadline);
-        if (quit_) {
-            transaction.outcome = Outcome::closed;
-            return;
-        }
+        if (quit_) return give_up(Outcome::closed);
         if (stop_wanted_ != 0 && link_->overlaps()) send_stop();
         if (stop_wanted_ != 0 && !link_->overlaps() && !is_stop) {
             deadline = std::min(deadline, SteadyClock::now() + shortest_patience);
         }
-        if (rest_is_missing_) {
-            transaction.outcome = Outcome::invalid;
-            return;
-        }
+        if (rest_is_missing_) return give_up(Outcome::invalid);
         // Several replies may come in one piece.
         while (arrived || link_->has_part()) {
             const Arrival arrival = link_->receive();
             if (arrival.kind == Arrival::Kind::nothing) break;
-            if (take(arrival, transaction, id)) return;
-            if (!link_->has_part()) break;
+            if (!take(arrival)) continue;
+            last_reply = SteadyClock::now();
+            if (first_reply == TimePoint{}) first_reply = last_reply;
+            if (under_way_.empty()) return note_service(first_reply, last_reply, sent);
+            deadline = last_reply + patience;
         }
     }
-    transaction.outcome = Outcome::timeout;
+    // Half a reply cannot be told from the beginning of the next one.
+    give_up(link_->overlaps() && link_->has_part() ? Outcome::invalid : Outcome::timeout);
 }
 
-/// True when the transaction has an outcome.
-bool Conversation::take(const Arrival& arrival, Transaction& transaction, std::uint16_t id) {
+/// What is still under way ends so.
+void Conversation::give_up(Outcome outcome) {
+    for (const Flight& flight : under_way_) {
+        const std::chrono::duration<double, std::micro> took = SteadyClock::now() - flight.sent;
+        flight.transaction->outcome = outcome;
+        record(outcome, took.count());
+    }
+    under_way_.clear();
+}
+
+void Conversation::note_service(TimePoint first_reply, TimePoint last_reply, std::size_t replies) {
+    if (replies < 2) return;
+    const std::chrono::duration<double, std::milli> took = last_reply - first_reply;
+    service_ms_ = took.count() / static_cast<double>(replies - 1);
+}
+
+/// True when something under way has an outcome by it.
+bool Conversation::take(const Arrival& arrival) {
     log_.received(arrival.bytes);
     if (arrival.kind == Arrival::Kind::broken || arrival.kind == Arrival::Kind::garbled) {
-        const bool broken = arrival.kind == Arrival::Kind::broken;
-        transaction.outcome = broken ? Outcome::closed : Outcome::invalid;
+        give_up(arrival.kind == Arrival::Kind::broken ? Outcome::closed : Outcome::invalid);
         return true;
     }
-    if (arrival.id == id) {
-        take_reply(arrival.pdu, transaction);
-        // Without ids a reply that does not fit is one to an earlier request.
-        if (transaction.outcome != Outcome::invalid || link_->overlaps()) return true;
+    const auto found = std::find_if(under_way_.begin(), under_way_.end(),
+                                    [&](const Flight& flight) { return flight.id == arrival.id; });
+    if (found != under_way_.end()) {
+        if (land(found, arrival.pdu)) return true;
     } else if (stop_sent_ && arrival.id == stop_id_) {
         stop_owed_ = 0;
         stop_sent_ = false;
@@ -140,6 +182,22 @@ bool Conversation::take(const Arrival& arrival, Transaction& transaction, std::u
     }
     log_.count([](LinkStats& stats) { ++stats.stale; });
     return false;
+}
+
+/// False when the reply is not one to this request after all.
+bool Conversation::land(std::vector<Flight>::iterator flight, std::span<const std::uint8_t> pdu) {
+    Transaction& transaction = *flight->transaction;
+    take_reply(pdu, transaction);
+    if (transaction.outcome == Outcome::invalid) {
+        // Without ids a reply that does not fit is one to an earlier request.
+        if (!link_->overlaps()) return false;
+        give_up(Outcome::invalid);  // who answers so is not to be trusted with the rest
+        return true;
+    }
+    const std::chrono::duration<double, std::micro> took = SteadyClock::now() - flight->sent;
+    record(transaction.outcome, took.count());
+    under_way_.erase(flight);
+    return true;
 }
 
 /// Where replies carry no id, one that comes late would pass for the reply to the next request: it is waited for as
@@ -164,7 +222,7 @@ void Conversation::let_late_reply_pass() {
 void Conversation::send_stop() {
     take_stop();
     stop_id_ = ++last_id_;
-    stop_sent_ = send(stop_transaction(), stop_id_) == Outcome::ok;
+    stop_sent_ = send(stop_transaction(), stop_id_);
     if (!stop_sent_) return;
     const std::int64_t requested = stop_requested_ns_.exchange(0);
     log_.count([requested](LinkStats& stats) {
@@ -201,7 +259,8 @@ void Conversation::await_stop() {
     Transaction stop = stop_transaction();
     const double patience_ms = link_->overlaps() ? options_.stop_timeout_ms
                                                  : std::min(options_.stop_timeout_ms, stop_reply_ms) + wire_ms(stop);
-    await_reply(stop, id, SteadyClock::now() + core::from_ms(patience_ms));
+    under_way_.assign(1, Flight{id, &stop, SteadyClock::now()});
+    await_replies(core::from_ms(patience_ms));
     if (stop.outcome == Outcome::closed) close_link();
     if (stop.outcome == Outcome::invalid && link_->is_open() && !link_->resync()) close_link();
     const bool answered = stop.outcome == Outcome::ok || stop.outcome == Outcome::exception;

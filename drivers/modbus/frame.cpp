@@ -123,8 +123,16 @@ std::size_t tcp_frame(std::uint16_t id, std::uint8_t unit, std::span<const std::
     return header_bytes + pdu.size();
 }
 
-bool tcp_header_fits(std::span<const std::uint8_t> frame) noexcept {
-    return frame.size() >= header_bytes + 2 && word_at(frame, 2) == 0 && word_at(frame, 4) + 6U == frame.size();
+TcpCut cut_tcp(std::span<const std::uint8_t> bytes) noexcept {
+    constexpr std::size_t counted_from =
+        6;  // the length counts what follows it: unit, function, at least one byte more
+    constexpr std::size_t shortest = 3, longest = 1 + max_pdu;
+    if (bytes.size() >= 4 && word_at(bytes, 2) != 0) return {TcpCut::Kind::garbled, 0};
+    if (bytes.size() < counted_from) return {};
+    const std::size_t following = word_at(bytes, 4);
+    if (following < shortest || following > longest) return {TcpCut::Kind::garbled, 0};
+    if (bytes.size() < counted_from + following) return {};
+    return {TcpCut::Kind::frame, counted_from + following};
 }
 
 std::uint16_t tcp_id(std::span<const std::uint8_t> frame) noexcept {

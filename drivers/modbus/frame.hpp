@@ -30,6 +30,7 @@ struct Transaction {
     std::array<std::uint16_t, max_read> read{};
     /// Whether the registers read hold together (CRC); null: nothing to check. A reply that fails is asked for again.
     core::Status (*check)(const RegisterMap&, std::span<const std::uint16_t>) = nullptr;
+    bool alone = false;  ///< what follows is sent after its reply, and it after all before it
     Outcome outcome = Outcome::not_sent;
     std::uint8_t exception = 0;
 
@@ -52,9 +53,18 @@ void take_reply(std::span<const std::uint8_t> pdu, Transaction& request) noexcep
 /// Modbus/TCP: a header with the transaction id before the PDU. Returns the frame's number of bytes.
 std::size_t tcp_frame(std::uint16_t id, std::uint8_t unit, std::span<const std::uint8_t> pdu,
                       std::span<std::uint8_t, max_frame> frame) noexcept;
-/// Whether the header's length fits the bytes: if not, the byte stream is out of step and the link is lost.
-bool tcp_header_fits(std::span<const std::uint8_t> frame) noexcept;
-/// Of a frame whose header fits.
+/// The first frame among bytes that have arrived.
+struct TcpCut {
+    enum class Kind : std::uint8_t {
+        part,     ///< not whole yet
+        frame,    ///< `size` bytes of it
+        garbled,  ///< no header: the byte stream is out of step and the link is lost
+    };
+    Kind kind = Kind::part;
+    std::size_t size = 0;
+};
+TcpCut cut_tcp(std::span<const std::uint8_t> bytes) noexcept;
+/// Of a whole frame.
 std::uint16_t tcp_id(std::span<const std::uint8_t> frame) noexcept;
 std::span<const std::uint8_t> tcp_pdu(std::span<const std::uint8_t> frame) noexcept;
 

@@ -36,11 +36,14 @@ class Link {
     virtual bool is_open() const noexcept = 0;
     /// To wait for; valid while open.
     virtual int fd() const noexcept = 0;
-    /// Frames a request and puts it on the wire; returns its bytes, none when the link broke.
-    virtual std::span<const std::uint8_t> send(std::uint16_t id, std::span<const std::uint8_t> pdu) = 0;
-    /// Takes what has arrived; call it when fd() is readable, or when waiting for the rest of a reply took too long.
+    /// Frames a request and puts it on the wire; returns its bytes, none when the link broke. `more` follow at once: a
+    /// link may keep the bytes until the last of them.
+    virtual std::span<const std::uint8_t> send(std::uint16_t id, std::span<const std::uint8_t> pdu, bool more) = 0;
+    /// Takes what has arrived, one reply at a call; call it when fd() is readable, while has_part(), or when waiting
+    /// for the rest of a reply took too long.
     virtual Arrival receive() = 0;
-    /// A part of a reply has arrived: its rest must follow within `rest_timeout_ms`.
+    /// Bytes have arrived that were not handed out yet. Of a part of a reply the rest must follow within
+    /// `rest_timeout_ms`; where requests overlap, within the time of the reply (TCP repeats lost bytes by itself).
     virtual bool has_part() const noexcept = 0;
     /// After garbled bytes: true when the next request can be sent, false when only a new connection helps.
     virtual bool resync() = 0;

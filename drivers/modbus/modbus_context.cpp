@@ -78,8 +78,7 @@ struct ModbusContext::Handle {
 ModbusContext::ModbusContext() = default;
 ModbusContext::~ModbusContext() = default;
 
-std::string ModbusContext::open_tcp(const std::string& host, const std::string& port, double timeout_ms,
-                                    int rest_timeout_ms) {
+std::string ModbusContext::open_tcp(const std::string& host, const std::string& port, double timeout_ms) {
     close();
     if (!descriptors_left()) return tcp_failure(host, port, EMFILE, timeout_ms);
     modbus_t* made = modbus_new_tcp_pi(host.c_str(), port.c_str());
@@ -87,7 +86,6 @@ std::string ModbusContext::open_tcp(const std::string& host, const std::string& 
     handle_ = std::make_unique<Handle>(made);
     const auto us = static_cast<std::uint32_t>(timeout_ms * 1000.0);
     modbus_set_response_timeout(made, us / 1'000'000U, us % 1'000'000U);
-    modbus_set_byte_timeout(made, 0, static_cast<std::uint32_t>(rest_timeout_ms) * 1000U);
     if (modbus_connect(made) != 0) {
         std::string why = tcp_failure(host, port, errno, timeout_ms);
         close();
@@ -131,19 +129,15 @@ int ModbusContext::fd() const noexcept {
     return modbus_get_socket(handle_->modbus);
 }
 
-std::size_t ModbusContext::receive_frame(std::span<std::uint8_t> frame) {
-    const int size = modbus_receive_confirmation(handle_->modbus, frame.data());
-    return size > 0 ? static_cast<std::size_t>(size) : 0;
-}
-
 bool ModbusContext::send_serial(std::span<std::uint8_t> unit_and_pdu) {
     return modbus_send_raw_request(handle_->modbus, unit_and_pdu.data(), static_cast<int>(unit_and_pdu.size())) > 0;
 }
 
-bool send_to_socket(int fd, std::span<const std::uint8_t> bytes) {
+bool send_to_socket(int fd, std::span<const std::uint8_t> bytes, bool more) {
+    const int flags = MSG_NOSIGNAL | (more ? MSG_MORE : 0);
     const auto deadline = SteadyClock::now() + longest_send;
     while (!bytes.empty()) {
-        const auto sent = ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+        const auto sent = ::send(fd, bytes.data(), bytes.size(), flags);
         if (sent > 0) {
             bytes = bytes.subspan(static_cast<std::size_t>(sent));
         } else if (errno == EAGAIN && SteadyClock::now() < deadline) {

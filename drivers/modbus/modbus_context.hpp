@@ -27,13 +27,11 @@ class ModbusContext {
     ModbusContext& operator=(const ModbusContext&) = delete;
 
     /// Each returns why it failed; empty: it is open.
-    std::string open_tcp(const std::string& host, const std::string& port, double timeout_ms, int rest_timeout_ms);
+    std::string open_tcp(const std::string& host, const std::string& port, double timeout_ms);
     std::string open_serial(const SerialSettings& serial, const RtsHandling& rts, std::uint8_t unit);
     void close() noexcept;
     bool is_open() const noexcept;
     int fd() const noexcept;
-    /// TCP only: the frame of which the first bytes have arrived; 0: the link broke or the frame did.
-    std::size_t receive_frame(std::span<std::uint8_t> frame);
     /// Serial only: unit and PDU, the CRC is added and RTS handled. False: the line is gone or does not take them.
     bool send_serial(std::span<std::uint8_t> unit_and_pdu);
 
@@ -42,7 +40,8 @@ class ModbusContext {
     std::unique_ptr<Handle> handle_;
 };
 
-/// Writes to a socket; false when the link broke or the peer takes nothing in for 200 ms.
-bool send_to_socket(int fd, std::span<const std::uint8_t> bytes);
+/// Writes to a socket; false when the link broke or the peer takes nothing in for 200 ms. `more` follow at once: the
+/// system may put them into one packet.
+bool send_to_socket(int fd, std::span<const std::uint8_t> bytes, bool more = false);
 
 }  // namespace cmm::drivers::modbus

@@ -7,6 +7,7 @@
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <utility>
 
 #include "drivers/modbus/make_link.hpp"
 
@@ -20,6 +21,7 @@ constexpr auto as_result = asio::as_tuple(asio::use_awaitable);
 constexpr double first_backoff_ms = 2.0;
 constexpr double longest_backoff_ms = 100.0;
 constexpr int first_questions = 3;  // who is there; one may get lost like any other
+constexpr std::int64_t usual_in_flight = 32;
 
 BusOptions bus_options(const LinkSettings& settings, const RegisterMap& map) {
     BusOptions options;
@@ -27,6 +29,12 @@ BusOptions bus_options(const LinkSettings& settings, const RegisterMap& map) {
     options.connect_timeout_ms = settings.connect_timeout_ms;
     options.stop_timeout_ms = settings.response_timeout_ms;
     return options;
+}
+
+/// Replies on a serial line name no request, behind a gateway neither.
+std::size_t most_in_flight(const Endpoint& endpoint) {
+    return endpoint.scheme == "modbus+tcp" ? static_cast<std::size_t>(endpoint.integer("in_flight", usual_in_flight))
+                                           : 1;
 }
 
 }  // namespace
@@ -41,6 +49,9 @@ ModbusPort::ModbusPort(const LinkSettings& settings, RegisterMap map, const Driv
       rng_(core::Rng::keyed(context.seed, 1, 0)),
       executor_(context.executor),
       turn_(context.executor, asio::steady_timer::time_point::max()),
+      in_flight_(most_in_flight(settings.endpoint)),
+      windows_(in_flight_.most()),
+      exchanges_(in_flight_.most()),
       bus_(make_link(settings.endpoint), bus_options(settings, map_)),
       done_(context.executor, ::dup(bus_.done_fd())) {
     identity_.kind = Transaction::Kind::read;
@@ -49,19 +60,24 @@ ModbusPort::ModbusPort(const LinkSettings& settings, RegisterMap map, const Driv
     command_.kind = Transaction::Kind::write;
     command_.write_address = map_.command.address;
     command_.write_count = map_.command.length;
-    window_.kind = Transaction::Kind::write;
-    window_.write_address = map_.path.address;
-    exchange_.kind = Transaction::Kind::exchange;
-    exchange_.write_address = map_.exchange.address;
-    exchange_.write_count = exchange_length;
-    exchange_.read_address = map_.fifo.address;
-    exchange_.read_count = map_.fifo.length;
-    exchange_.check = &check_fifo;
+    command_.alone = true;  // what follows tells of it
+    for (Transaction& window : windows_) {
+        window.kind = Transaction::Kind::write;
+        window.write_address = map_.path.address;
+    }
+    for (Transaction& exchange : exchanges_) {
+        exchange.kind = Transaction::Kind::exchange;
+        exchange.write_address = map_.exchange.address;
+        exchange.write_count = exchange_length;
+        exchange.read_address = map_.fifo.address;
+        exchange.read_count = map_.fifo.length;
+        exchange.check = &check_fifo;
+    }
     status_.kind = Transaction::Kind::read;
     status_.read_address = map_.status.address;
     status_.read_count = map_.status.length;
     status_.check = &check_status;
-    open_.reserve(8);
+    open_.reserve(2 * in_flight_.most() + 2);
 }
 
 asio::awaitable<void> ModbusPort::acquire() {
@@ -109,6 +125,7 @@ core::Status ModbusPort::check_speed(double watchdog_ms) const {
 asio::awaitable<core::Result<Capabilities>> ModbusPort::open() {
     co_await acquire();
     opened_ = false;
+    in_flight_.begin_anew();
     core::Result<Capabilities> found = core::fail(core::ErrorCode::transport_connect, "");
     for (int asked = 0; asked < first_questions && !found && core::retryable(found.error().code); ++asked) {
         bus_.connect();
@@ -181,7 +198,7 @@ asio::awaitable<core::Status> ModbusPort::verify() {
                                                              "): samples it had not yet delivered are lost");
 }
 
-asio::awaitable<core::Status> ModbusPort::attempt() {
+asio::awaitable<core::Status> ModbusPort::attempt(std::size_t in_flight) {
     if (!bus_.connected() || timeouts_in_row_ >= 2) {
         timeouts_in_row_ = 0;
         bus_.connect();
@@ -197,54 +214,101 @@ asio::awaitable<core::Status> ModbusPort::attempt() {
         if (transaction->kind == Transaction::Kind::exchange)
             transaction->written[map_.exchange.watchdog] = ++watchdog_;
     }
-    bus_.run(open_, timeout_ms_);
+    bus_.run(open_, timeout_ms_, in_flight);
     co_await job_done();
+    if (in_flight > 1) weigh_batch();
     co_return judge();
+}
+
+/// Whether the controller takes what is sent ahead of its replies.
+void ModbusPort::weigh_batch() {
+    Batch batch;
+    for (const Transaction* transaction : open_) {
+        if (transaction->alone || transaction->outcome == Outcome::not_sent) continue;
+        ++batch.sent;
+        const bool answered = transaction->outcome == Outcome::ok || transaction->outcome == Outcome::exception;
+        batch.answered += answered ? 1 : 0;
+    }
+    if (batch.sent < 2) return;
+    batch.stale_before = bus_.stats().stale;
+    const bool half = batch.answered > 0 && batch.answered < batch.sent && bus_.connected();
+    if (half) {
+        half_answered_ = batch;
+    } else {
+        conclude(batch);
+    }
+}
+
+/// Half answered, or only late? The late replies have come when those to the repetition have.
+void ModbusPort::weigh_half_answered() {
+    const Batch batch = std::exchange(half_answered_, {});
+    if (batch.sent == 0 || bus_.stats().stale > batch.stale_before) return;
+    bus_.count([](LinkStats& stats) { ++stats.half_answered; });
+    conclude(batch);
+}
+
+void ModbusPort::conclude(const Batch& batch) {
+    if (!in_flight_.judge(batch.sent, batch.answered, bus_.connected(), bus_.service_ms())) return;
+    bus_.note(where_ + " does not answer requests that come together: from now on they are sent one at a time" +
+              " (slow on a distant link; in_flight=1 in the url does so from the beginning)");
 }
 
 /// Takes the answered transactions off the list; the first that failed says why.
 core::Status ModbusPort::judge() {
     core::Status status;
-    std::size_t answered = 0;
-    for (; answered < open_.size(); ++answered) {
-        const Transaction& transaction = *open_[answered];
-        if (transaction.outcome == Outcome::ok && transaction.check != nullptr) {
-            status = transaction.check(map_, transaction.reply());
-            if (!status) {
-                bus_.count([](LinkStats& stats) { ++stats.invalid; });
-                break;
-            }
-        }
-        if (transaction.outcome == Outcome::exception && (&transaction == &exchange_ || &transaction == &status_)) {
-            // Neither may be refused; a controller that was restarted refuses the samples that we acknowledge.
-            link_number_ = 0;
-            status = core::fail(core::ErrorCode::protocol_invalid,
-                                where_ + " refuses " +
-                                    (&transaction == &exchange_ ? "the sample exchange" : "the status registers") +
-                                    " with exception " + std::to_string(transaction.exception));
-            break;
-        }
-        if (transaction.outcome != Outcome::ok && transaction.outcome != Outcome::exception) break;
-    }
-    if (answered > 0) {
+    const std::size_t asked = open_.size();
+    const auto answered = [&](Transaction* transaction) {
+        auto fits = judge(*transaction);
+        if (!fits && status) status = fits;
+        return fits.has_value();
+    };
+    std::erase_if(open_, answered);
+    if (open_.size() < asked) {
         last_answer_ms_ = now_ms();
         timeouts_in_row_ = 0;
     }
-    if (!status || answered == open_.size()) {
-        open_.erase(open_.begin(), open_.begin() + static_cast<std::ptrdiff_t>(answered));
-        return status;
+    const bool late = std::any_of(open_.begin(), open_.end(),
+                                  [](const Transaction* open) { return open->outcome == Outcome::timeout; });
+    if (late) ++timeouts_in_row_;
+    return status;
+}
+
+core::Status ModbusPort::judge(Transaction& transaction) {
+    if (transaction.outcome == Outcome::ok) {
+        auto sound = transaction.check == nullptr ? core::Status{} : transaction.check(map_, transaction.reply());
+        if (sound) return sound;
+        transaction.outcome = Outcome::invalid;
+        bus_.count([](LinkStats& stats) { ++stats.invalid; });
+        return sound;
     }
-    const Outcome outcome = open_[answered]->outcome;
-    open_.erase(open_.begin(), open_.begin() + static_cast<std::ptrdiff_t>(answered));
-    if (outcome == Outcome::timeout) {
-        ++timeouts_in_row_;
+    if (transaction.outcome == Outcome::exception) {
+        if (transaction.check == nullptr) return {};
+        // Neither may be refused; a controller that was restarted refuses the samples that we acknowledge.
+        link_number_ = 0;
+        const bool samples = transaction.kind == Transaction::Kind::exchange;
+        return core::fail(core::ErrorCode::protocol_invalid,
+                          where_ + " refuses " + (samples ? "the sample exchange" : "the status registers") +
+                              " with exception " + std::to_string(transaction.exception));
+    }
+    if (transaction.outcome == Outcome::timeout) {
         return core::fail(core::ErrorCode::transport_timeout,
                           where_ + " did not answer within " + std::to_string(static_cast<int>(timeout_ms_)) + " ms");
     }
-    if (outcome == Outcome::invalid) {
+    if (transaction.outcome == Outcome::invalid) {
         return core::fail(core::ErrorCode::protocol_invalid, where_ + " sent a reply that does not fit the request");
     }
     return core::fail(core::ErrorCode::transport_closed, "the connection to " + where_ + " broke");
+}
+
+/// Of the windows and of the blocks only the first that is not answered is repeated, so that a repetition takes no
+/// longer than without anything in flight (the watchdog!). The rest is asked for in another round.
+void ModbusPort::drop_what_was_sent_ahead() {
+    bool window = false;
+    bool block = false;
+    std::erase_if(open_, [&](const Transaction* open) {
+        if (open == &command_ || open == &status_) return false;
+        return std::exchange(open->kind == Transaction::Kind::exchange ? block : window, true);
+    });
 }
 
 /// Repeats the open transactions until each is answered.
@@ -252,13 +316,16 @@ asio::awaitable<core::Status> ModbusPort::repeat() {
     core::Status status;
     double give_up_ms = 0.0;
     double backoff_ms = first_backoff_ms;
+    std::size_t in_flight = in_flight_.allowed();
     for (;;) {
-        status = co_await attempt();
+        status = co_await attempt(in_flight);
         if (status || !core::retryable(status.error().code)) co_return status;
         const double now = now_ms();
         if (give_up_ms == 0.0) give_up_ms = now + reconnect_ms_;
         if (now >= give_up_ms) co_return status;
         bus_.count([](LinkStats& stats) { ++stats.retries; });
+        drop_what_was_sent_ahead();
+        in_flight = 1;
         co_await pause(backoff_ms * rng_.uniform(0.5, 1.0));
         backoff_ms = std::min(2.0 * backoff_ms, longest_backoff_ms);
     }
@@ -270,6 +337,7 @@ asio::awaitable<core::Status> ModbusPort::run(controller::Round& round) {
     if (opened_) {
         prepare(round);
         status = co_await repeat();
+        weigh_half_answered();
         if (status) settle(round);
     } else {
         status = core::fail(core::ErrorCode::transport_closed, "not connected to " + where_);
@@ -284,31 +352,42 @@ void ModbusPort::prepare(const controller::Round& round) {
         encode(map_, *round.command, command_.to_write());
         open_.push_back(&command_);
     }
-    if (round.window != nullptr) {
-        window_.write_count = static_cast<std::uint16_t>(encode_window(map_, *round.window, lsb_mm_, window_.written));
-        open_.push_back(&window_);
+    for (std::size_t k = 0; k < round.windows.size(); ++k) {
+        Transaction& window = windows_.at(k);
+        window.write_count =
+            static_cast<std::uint16_t>(encode_window(map_, round.windows[k].window, lsb_mm_, window.written));
+        open_.push_back(&window);
     }
-    if (round.wanted) {
-        map_.put_u32(exchange_.to_write(), map_.exchange.ack_seq, round.wanted->acknowledge);
-        map_.put_u32(exchange_.to_write(), map_.exchange.from_seq, round.wanted->from);
-        open_.push_back(&exchange_);
+    for (std::size_t k = 0; k < round.blocks.size(); ++k) {
+        Transaction& exchange = exchanges_.at(k);
+        map_.put_u32(exchange.to_write(), map_.exchange.ack_seq, round.blocks[k].acknowledge);
+        map_.put_u32(exchange.to_write(), map_.exchange.from_seq, round.blocks[k].from);
+        open_.push_back(&exchange);
     }
     if (round.ask_status) open_.push_back(&status_);
+    for (Transaction* transaction : open_)
+        transaction->outcome = Outcome::not_sent;  // what the last round left would pass for an answer
 }
 
 /// Reads the answers into the round.
 void ModbusPort::settle(controller::Round& round) const {
     const auto fate_of = [&](const Transaction& asked) {
         if (asked.outcome == Outcome::ok) return controller::Round::Fate::done;
-        round.refusal = "exception " + std::to_string(asked.exception);
+        if (asked.outcome != Outcome::exception) return controller::Round::Fate::not_asked;
+        if (round.refusal.empty()) round.refusal = "exception " + std::to_string(asked.exception);
         const bool busy = asked.exception == exception_code::busy;
         return busy ? controller::Round::Fate::busy : controller::Round::Fate::refused;
     };
+    round.refusal.clear();
     if (round.command != nullptr) round.command_fate = fate_of(command_);
-    if (round.window != nullptr) round.window_fate = fate_of(window_);
-    if (round.wanted) {
-        round.block = decode_fifo(map_, exchange_.reply());
-        decode_samples(map_, exchange_.reply(), round.block, round.samples);
+    for (std::size_t k = 0; k < round.windows.size(); ++k)
+        round.windows[k].fate = fate_of(windows_[k]);
+    for (std::size_t k = 0; k < round.blocks.size(); ++k) {
+        controller::Round::BlockTurn& turn = round.blocks[k];
+        turn.answered = exchanges_[k].outcome == Outcome::ok;
+        if (!turn.answered) continue;
+        turn.block = decode_fifo(map_, exchanges_[k].reply());
+        decode_samples(map_, exchanges_[k].reply(), turn.block, turn.samples);
     }
     if (round.ask_status) round.status = decode_status(map_, status_.reply());
 }

@@ -11,6 +11,7 @@
 #include "drivers/controller/port.hpp"
 #include "drivers/modbus/blocks.hpp"
 #include "drivers/modbus/bus.hpp"
+#include "drivers/modbus/in_flight.hpp"
 #include "drivers/registry.hpp"
 
 namespace cmm::drivers::modbus {
@@ -26,6 +27,7 @@ class ModbusPort final : public controller::Port {
     boost::asio::awaitable<core::Status> run(controller::Round& round) override;
     boost::asio::awaitable<void> pause(double ms) override;
     std::size_t window_limit() const noexcept override { return window_points(map_); }
+    controller::Reach reach() const noexcept override { return {in_flight_.allowed(), block_samples(map_)}; }
     core::Status check_point(const PathPoint& point, std::uint64_t index, double lsb_mm) const override {
         return controller::check_point(point, index, lsb_mm, map_.scale.speed_mm_s);
     }
@@ -42,13 +44,23 @@ class ModbusPort final : public controller::Port {
     void set_trace(std::function<void(std::string_view)> line) override { bus_.set_trace(std::move(line)); }
 
   private:
+    /// What became of several requests in flight.
+    struct Batch {
+        std::size_t sent = 0, answered = 0;
+        std::uint64_t stale_before = 0;
+    };
     boost::asio::awaitable<void> acquire();
     void release();
     boost::asio::awaitable<void> job_done();
     boost::asio::awaitable<core::Status> verify();
-    boost::asio::awaitable<core::Status> attempt();
+    boost::asio::awaitable<core::Status> attempt(std::size_t in_flight);
     boost::asio::awaitable<core::Result<Capabilities>> read_identity();
+    void weigh_batch();
+    void weigh_half_answered();
+    void conclude(const Batch& batch);
     core::Status judge();
+    core::Status judge(Transaction& transaction);
+    void drop_what_was_sent_ahead();
     boost::asio::awaitable<core::Status> repeat();
     void prepare(const controller::Round& round);
     void settle(controller::Round& round) const;
@@ -72,7 +84,10 @@ class ModbusPort final : public controller::Port {
     std::uint16_t watchdog_ = 0;
     double last_answer_ms_ = 0.0;
     double lsb_mm_ = 0.0;
-    Transaction identity_, command_, window_, exchange_, status_;
+    InFlight in_flight_;
+    Batch half_answered_;  // in the present round; nothing sent: none
+    Transaction identity_, command_, status_;
+    std::vector<Transaction> windows_, exchanges_;  // as many as may be in flight
     Transaction* identity_batch_[1] = {&identity_};
     std::vector<Transaction*> open_;  // those of the present batch that are not answered yet
     Bus bus_;

@@ -27,10 +27,10 @@ std::string RtuLink::open(double timeout_ms) {
     filled_ = taken_ = 0;
     quiet_from_ = SteadyClock::now();
     if (on_serial()) return context_.open_serial(options_.serial, options_.rts, options_.unit);
-    return context_.open_tcp(options_.host, std::to_string(options_.port), timeout_ms, rest_timeout_ms);
+    return context_.open_tcp(options_.host, std::to_string(options_.port), timeout_ms);
 }
 
-std::span<const std::uint8_t> RtuLink::send(std::uint16_t id, std::span<const std::uint8_t> pdu) {
+std::span<const std::uint8_t> RtuLink::send(std::uint16_t id, std::span<const std::uint8_t> pdu, bool /*more*/) {
     const std::chrono::duration<double, std::milli> gap(options_.gap_ms);
     std::this_thread::sleep_until(quiet_from_ + std::chrono::ceil<SteadyClock::duration>(gap));
     discard_input();  // what came before the request is no reply to it

@@ -36,7 +36,7 @@ class RtuLink final : public Link {
     void close() noexcept override { context_.close(); }
     bool is_open() const noexcept override { return context_.is_open(); }
     int fd() const noexcept override { return context_.fd(); }
-    std::span<const std::uint8_t> send(std::uint16_t id, std::span<const std::uint8_t> pdu) override;
+    std::span<const std::uint8_t> send(std::uint16_t id, std::span<const std::uint8_t> pdu, bool more) override;
     Arrival receive() override;
     bool has_part() const noexcept override { return filled_ > taken_; }
     bool resync() override;

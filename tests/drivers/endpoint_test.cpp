@@ -27,6 +27,7 @@ TEST(Endpoint, NetworkForms) {
     EXPECT_EQ(full.port, 1502);
     EXPECT_EQ(full.integer("unit", 1), 17);
     EXPECT_EQ(parsed("modbus+tcp://cell-3").port, 502);
+    EXPECT_EQ(parsed("modbus+tcp://cell-3?in_flight=8").integer("in_flight", 32), 8);
     EXPECT_EQ(parsed("modbus+tcp://cell-3/").host, "cell-3");
     EXPECT_EQ(parsed("ipp://cmm").port, 1294);
     EXPECT_EQ(parsed("linuxcnc://cmm").port, 5007);
@@ -74,6 +75,8 @@ TEST(Endpoint, ErrorsNameTheUrlAndThePlace) {
     expect_error("modbus+tcp://h?unit", "name=value");
     expect_error("modbus+tcp://h?unit=256", "from 0 to 255, not \"256\"");
     expect_error("modbus+tcp://h?unit=1&unit=2", "twice");
+    expect_error("modbus+tcp://h?in_flight=65", "from 1 to 64");
+    expect_error("modbus+rtu+tcp://h?in_flight=2", "no option \"in_flight\"");
     expect_error("modbus+rtu:///dev/ttyS0?party=even", "did you mean \"parity\"");
     expect_error("modbus+tcp://h?baud=9600", "no option \"baud\"");
     expect_error("modbus+rtu:///dev/ttyS0?parity=mark", "none, even or odd");

@@ -55,7 +55,7 @@ TEST(Frame, RequestsOfTheSpecification) {
 TEST(Frame, RepliesAreTakenOrJudged) {
     Transaction request = read_of(0x6B, 3);
     const Bytes good{0x15, 0x01, 0, 0, 0, 9, 0xFF, 3, 6, 0x02, 0x2B, 0, 0, 0, 0x64};
-    ASSERT_TRUE(tcp_header_fits(good));
+    ASSERT_EQ(cut_tcp(good).size, good.size());
     EXPECT_EQ(tcp_id(good), 0x1501);
     take_reply(tcp_pdu(good), request);
     EXPECT_EQ(reply_size(request), 8U);
@@ -83,11 +83,24 @@ TEST(Frame, RepliesAreTakenOrJudged) {
     EXPECT_EQ(write.outcome, Outcome::invalid);
 }
 
-TEST(Frame, AHeaderThatDoesNotFitIsOutOfStep) {
-    EXPECT_FALSE(tcp_header_fits(Bytes{0, 1, 0, 0, 0, 4, 1, 0x83, 2}));  // says 4, has 3
-    EXPECT_FALSE(tcp_header_fits(Bytes{0, 1, 0, 9, 0, 3, 1, 0x83, 2}));  // not protocol 0
-    EXPECT_FALSE(tcp_header_fits(Bytes{0, 1, 0, 0, 0, 2, 1, 3}));        // too short
-    EXPECT_TRUE(tcp_header_fits(Bytes{0, 1, 0, 0, 0, 3, 1, 0x83, 2}));
+TEST(Frame, RepliesThatComeTogetherAreCutApart) {
+    const Bytes one{0, 1, 0, 0, 0, 3, 1, 0x83, 2};
+    Bytes both = one;
+    both.insert(both.end(), {0, 2, 0, 0, 0, 4, 1, 0x17, 2, 7});
+    EXPECT_EQ(cut_tcp(both).kind, TcpCut::Kind::frame);
+    EXPECT_EQ(cut_tcp(both).size, one.size());
+    const auto rest = std::span<const std::uint8_t>(both).subspan(one.size());
+    EXPECT_EQ(cut_tcp(rest).size, 10U);
+    for (std::size_t k = 0; k < rest.size(); ++k)
+        EXPECT_EQ(cut_tcp(rest.first(k)).kind, TcpCut::Kind::part) << k;
+}
+
+TEST(Frame, AHeaderThatCannotBeIsOutOfStep) {
+    const auto kind = [](const Bytes& bytes) { return cut_tcp(bytes).kind; };
+    EXPECT_EQ(kind({0, 1, 0, 9}), TcpCut::Kind::garbled);                      // not protocol 0
+    EXPECT_EQ(kind({0, 1, 0, 0, 0, 2, 1, 3}), TcpCut::Kind::garbled);          // too short
+    EXPECT_EQ(kind({0, 1, 0, 0, 0, 255, 1, 0x83, 2}), TcpCut::Kind::garbled);  // longer than a PDU may be
+    EXPECT_EQ(kind({0, 1, 0, 0, 0, 254, 1, 0x83, 2}), TcpCut::Kind::part);
 }
 
 }  // namespace

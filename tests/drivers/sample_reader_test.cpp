@@ -31,11 +31,12 @@ struct Block {
         registers[map.fifo.crc] = crc16(
             std::span(registers).first(map.fifo.points + std::size_t{count} * map.fifo.point_length), map.fifo.crc);
     }
-    core::Result<std::span<const core::Sample>> into(SampleReader& reader) {
+    core::Result<std::span<const core::Sample>> into(SampleReader& reader,
+                                                     SampleReader::Asked asked = SampleReader::Asked::due) {
         EXPECT_TRUE(check_fifo(map, registers));
         const FifoBlock block = decode_fifo(map, registers);
         decode_samples(map, registers, block, decoded);
-        return reader.take(block, decoded, 42);
+        return reader.take(block, decoded, 42, asked);
     }
     RegisterMap map;
     std::array<std::uint16_t, max_read> registers{};
@@ -85,6 +86,27 @@ TEST(SampleReader, AGapIsAnErrorThatNamesTheSamples) {
     ASSERT_FALSE(overflow);
     EXPECT_EQ(overflow.error().code, core::ErrorCode::machine_overflow);
     EXPECT_EQ(reader.next_wanted(), 4U) << "nothing was taken";
+}
+
+TEST(SampleReader, ABlockAskedForAheadFollowsOnOrIsDropped) {
+    constexpr auto ahead = SampleReader::Asked::ahead;
+    SampleReader reader;
+    reader.begin({}, 0);
+    ASSERT_TRUE(Block(1, 3, 3).into(reader));
+    // More came between the two answers, or the block between them is missing.
+    auto taken = Block(6, 2, 7).into(reader, ahead);
+    ASSERT_TRUE(taken);
+    EXPECT_TRUE(taken->empty());
+    EXPECT_EQ(reader.next_wanted(), 4U);
+    // Answered before the block in front of it was repeated.
+    taken = Block(2, 0, 1).into(reader, ahead);
+    ASSERT_TRUE(taken);
+    EXPECT_TRUE(taken->empty());
+    taken = Block(3, 3, 5).into(reader, ahead);
+    ASSERT_TRUE(taken);
+    EXPECT_EQ(taken->size(), 2U);
+    EXPECT_EQ(reader.next_wanted(), 6U);
+    EXPECT_EQ(reader.duplicates(), 1U);
 }
 
 TEST(SampleReader, NumbersThatGoBackAreAnError) {

@@ -25,6 +25,17 @@ bool receive_exactly(int fd, std::uint8_t* to, std::size_t count) {
     return true;
 }
 
+bool more_has_come(int fd) {
+    pollfd look{fd, POLLIN, 0};
+    return ::poll(&look, 1, 0) > 0;
+}
+
+void throw_away_what_has_come(int fd) {
+    std::array<std::uint8_t, 4096> buffer;
+    while (::recv(fd, buffer.data(), buffer.size(), MSG_DONTWAIT) > 0) {
+    }
+}
+
 void send_bytes(int fd, const Bytes& bytes) {
     // A client that is gone shows up at the next receive.
     [[maybe_unused]] const auto sent = ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL);
@@ -133,8 +144,10 @@ void ScriptedController::serve() {
             ++connections_;
             drop_connection_ = false;
             held_back_.clear();
+            last_first_.clear();
         }
         while (serve_client(fd)) {
+            if (!last_first_.empty() && !more_has_come(fd)) answer_held_back(fd);
         }
         ::close(fd);
     }
@@ -184,12 +197,22 @@ bool ScriptedController::answer(int fd, const Bytes& frame) {
         held_back_ = reply;
         return true;
     }
+    if (fault == Fault::last_first) {
+        last_first_.push_back(reply);
+        return true;
+    }
+    if (fault == Fault::alone) throw_away_what_has_come(fd);
     if (!held_back_.empty()) {
         send_bytes(fd, held_back_);
         held_back_.clear();
     }
     send_bytes(fd, reply);
     return fault != Fault::closed_mid;
+}
+
+void ScriptedController::answer_held_back(int fd) {
+    for (; !last_first_.empty(); last_first_.pop_back())
+        send_bytes(fd, last_first_.back());
 }
 
 void ScriptedController::keep_status(const Bytes& body) {

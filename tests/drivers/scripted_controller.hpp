@@ -8,6 +8,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "scripted_machine.hpp"
 
@@ -35,6 +36,8 @@ enum class Fault {
     old_block,      ///< FC 23: the block before this one, once more
     old_status,     ///< FC 3: the last status from before the present command
     garbage,        ///< bytes that are no Modbus
+    last_first,     ///< executed, answered after those that came together with it
+    alone,          ///< answered, and what came together with it is thrown away unread
 };
 
 /// A ScriptedMachine on the wire, with the faults a test puts in. A thread of its own serves one connection after
@@ -70,6 +73,7 @@ class ScriptedController {
     bool answer(int fd, const Bytes& frame);
     void spoil(Fault fault, Bytes& reply);
     void keep_status(const Bytes& body);
+    void answer_held_back(int fd);
 
     std::mutex mutex_;
     std::function<Fault(const Request&)> rule_;
@@ -77,6 +81,7 @@ class ScriptedController {
     std::size_t requests_ = 0;
     int connections_ = 0;
     Bytes held_back_, last_block_, status_, status_before_;
+    std::vector<Bytes> last_first_;  // the newest is sent first
     bool drop_connection_ = false;
 
     int listener_ = -1;
