@@ -144,6 +144,7 @@ ScanJob::Step ScanJob::connect() {
 }
 
 core::Status ScanJob::prepare() {
+    if (auto status = choose_how_to_measure(); !status) return status;
     if (request_.nominal == nullptr) bound_by_travel(request_.part, capabilities_);
     auto plan = make_plan(request_.part, request_.nominal.get(), &capabilities_);
     if (!plan) return tl::unexpected(plan.error());
@@ -157,6 +158,7 @@ core::Status ScanJob::prepare() {
     }
     restored_.resize(setups_.size());
     done_.assign(setups_.size(), false);
+    if (touching_) return check_touches();
     return {};
 }
 
@@ -209,7 +211,9 @@ ScanJob::Step ScanJob::home() {
 ScanJob::Step ScanJob::qualify() {
     auto now = co_await machine_.state();
     if (!now) co_return tl::unexpected(now.error());
-    if ((now->qualified && (request_.resume || qualified_)) || !capabilities_.moves) co_return core::Status{};
+    // Each run qualifies anew, but for a controller that only touches: it knows nothing of the stylus (LinuxCNC).
+    const bool once = request_.resume || qualified_ || (touching_ && !capabilities_.scans_paths);
+    if ((now->qualified && once) || !capabilities_.moves) co_return core::Status{};
     progress("qualifying the stylus");
     const auto status = co_await machine_.qualify(request_.part.stylus.radius_mm);
     qualified_ = status.has_value();

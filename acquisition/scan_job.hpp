@@ -29,6 +29,7 @@ struct ScanRequest {
     std::shared_ptr<const Nominal> nominal;  ///< nullptr: none
     std::string run_file;                    ///< out/run.cmmrun
     bool resume = false;
+    bool touch = false;  ///< by single touches, also where the machine could scan
     std::string machine_url;
     std::string software_version;
     std::string run_id, started_utc;
@@ -64,6 +65,8 @@ class ScanJob {
 
   private:
     using Step = boost::asio::awaitable<core::Status>;
+    /// Told of a place without contact, and how many in a row that is. An error ends the section.
+    using Missed = std::function<core::Status(const drivers::PathPoint&, std::size_t in_row)>;
 
     boost::asio::awaitable<SessionInput> perform(SessionAction action);
     Step connect();
@@ -93,6 +96,13 @@ class ScanJob {
     Step scan_planned(drivers::ScanPath path);
     Step scan_unknown(drivers::ScanPath path);
     Step scan_by_hand(drivers::ScanPath path);
+    core::Status choose_how_to_measure();
+    core::Status check_touches() const;
+    std::size_t next_planned() const;
+    core::Result<std::uint16_t> path_of_touches() const;
+    Step touch_planned(std::uint16_t path, drivers::PathSource& source);
+    Step touch_along(std::uint16_t path, drivers::PathSource& source, const Missed& note);
+    boost::asio::awaitable<core::Result<Eigen::Vector3d>> touch(drivers::PathPoint place, drivers::SampleSink& sink);
     boost::asio::awaitable<core::Result<Entry>> find_part();
     Step stop_machine();
     Step flush();
@@ -121,7 +131,8 @@ class ScanJob {
     SessionState state_ = SessionState::idle;
     std::optional<core::Error> error_;
     drivers::Capabilities capabilities_;
-    bool owner_ = false;  // of the machine, since begin_run
+    bool touching_ = false;  // sections are measured by single touches
+    bool owner_ = false;     // of the machine, since begin_run
     std::shared_ptr<Journal> journal_;
     std::unique_ptr<SampleIntake> intake_;
     Plan plan_;

@@ -12,6 +12,7 @@
 #include "acquisition/run_results.hpp"
 #include "acquisition/scan_job.hpp"
 #include "acquisition/section_start.hpp"
+#include "acquisition/section_touches.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -74,7 +75,10 @@ ScanJob::Step ScanJob::take_up() {
     intake_ = std::make_unique<SampleIntake>(*journal_, events_);
     // At rest first: a path that the killed host began must not grow behind the samples that are fetched now.
     if (const auto where = co_await ready(); !where) co_return tl::unexpected(where.error());
-    auto drained = co_await machine_.drain(*intake_);
+    const auto touched = path_of_touches();
+    if (!touched) co_return tl::unexpected(touched.error());
+    SectionTouches sink(*intake_, *touched);
+    auto drained = co_await machine_.drain(sink);
     if (!drained) co_return tl::unexpected(drained.error());
     if (auto status = journal_->flush(); !status) co_return status;
     if (auto status = restore_sections(); !status) co_return status;

@@ -27,7 +27,10 @@ boost::asio::awaitable<core::Result<bool>> ScanJob::approach() {
     if (!now) co_return tl::unexpected(now.error());
     if (plan_.paths[section_].points.empty() && restored_[section_].empty())
         co_return true;  // find_part goes there itself
-    const auto start = start_of_section(plan_, plan_.paths[section_], setups_[section_], restored_[section_]);
+    const auto& points = plan_.paths[section_].points;
+    const auto start = points.empty()
+                           ? start_of_section(plan_, plan_.paths[section_], setups_[section_], restored_[section_])
+                           : above(points[std::min(next_planned(), points.size() - 1)], plan_.approach_mm);
     // Resumed beside the last contact: already there. Without a nominal no way round the part is known that is safer.
     const bool beside = (now->position_mm - start).norm() < 2.0 * plan_.approach_mm && !restored_[section_].empty();
     const auto route = beside ? std::vector<Eigen::Vector3d>{start} : travel_route(plan_, now->position_mm, start);
@@ -108,12 +111,13 @@ ScanJob::Step ScanJob::scan() {
 
 ScanJob::Step ScanJob::scan_planned(drivers::ScanPath path) {
     const auto& planned = plan_.paths[section_].points;
-    const std::size_t first = std::min(restored_[section_].size(), planned.size());
+    const std::size_t first = next_planned();
     SampleIntake::Completed completed = [this](std::unique_ptr<LiveSection> section) {
         section_completed(std::move(section));
     };
     intake_->begin(path.id, new_section(section_), std::move(completed));
     drivers::PointList source(std::span<const drivers::PathPoint>(planned).subspan(first));
+    if (touching_) co_return co_await touch_planned(path.id, source);
     auto scanned = co_await machine_.scan(path, source, *intake_);
     if (!scanned) co_return tl::unexpected(scanned.error());
     if (scanned->points_passed < planned.size() - first) {

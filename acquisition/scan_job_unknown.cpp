@@ -4,9 +4,13 @@
 
 #include "acquisition/scan_job.hpp"
 #include "acquisition/unknown_scan.hpp"
+#include "core/text.hpp"
 
 namespace cmm::acquisition {
 namespace {
+
+// After a miss the next places lie farther round the edge that was overrun; a third would lie back beside the part.
+constexpr std::size_t most_missed_predicted = 2;
 
 /// Tells the live section how many points it will have, as soon as the path knows its last.
 class ClosingSource final : public drivers::PathSource {
@@ -107,6 +111,17 @@ ScanJob::Step ScanJob::scan_unknown(drivers::ScanPath path) {
     // The host was cut off between the last sample and the note that the section is there.
     if (complete) co_return core::Status{};
     ClosingSource source(scan, *intake_, restored.size());
+    if (touching_) {
+        const Missed note = [&scan](const drivers::PathPoint& place, std::size_t in_row) -> core::Status {
+            if (in_row <= most_missed_predicted) return scan.on_sample(place.centre_mm, true);
+            return core::fail(core::ErrorCode::machine_no_contact,
+                              "the surface was lost: nothing to touch at " + std::to_string(in_row) +
+                                  " places in a row, the last of them at x " + core::fixed(place.centre_mm.x(), 3) +
+                                  ", y " + core::fixed(place.centre_mm.y(), 3) + " mm",
+                              core::Motion::stopped);
+        };
+        co_return co_await touch_along(path.id, source, note);
+    }
     auto scanned = co_await machine_.scan(path, source, *intake_);
     if (!scanned) co_return tl::unexpected(scanned.error());
     co_return core::Status{};

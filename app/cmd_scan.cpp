@@ -18,6 +18,7 @@ int run_scan(const ScanOptions& options) {
     runner.events = options.events;
     runner.wait_s = options.wait_s;
     runner.resume = options.resume;
+    runner.touch = options.touch;
     runner.json = options.json;
     return run_main_job(runner);
 }

@@ -31,7 +31,7 @@ int run_sim(const SimOptions& options);
 struct ScanOptions {
     std::string machine, part, out, events;
     double wait_s = -1.0;  ///< negative: as the part file says
-    bool resume = false, dry_run = false, json = false;
+    bool resume = false, touch = false, dry_run = false, json = false;
 };
 int run_scan(const ScanOptions& options);
 

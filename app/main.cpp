@@ -91,6 +91,7 @@ class CommandLine {
         c->add_option("--part", scan_.part, "part file")->required();
         c->add_option("--out", scan_.out, "folder for the run file and the results");
         c->add_flag("--resume", scan_.resume, "go on with the run in --out");
+        c->add_flag("--touch", scan_.touch, "measure by single touches, also where the machine could scan");
         c->add_flag("--dry-run", scan_.dry_run, "plan and check, move nothing");
         c->add_option("--events", scan_.events, "write the event stream as NDJSON to this file, - for standard output");
         add_wait(*c, scan_.wait_s);

@@ -65,6 +65,7 @@ core::Result<acquisition::ScanRequest> make_request(const RunnerOptions& options
     request.nominal = std::move(*nominal);
     request.run_file = options.out + "/run.cmmrun";
     request.resume = options.resume;
+    request.touch = options.touch;
     request.machine_url = machine_url;
     request.software_version = "cmmlive " + version();
     request.started_utc = utc_now();

@@ -78,8 +78,7 @@ class LinuxcncMachine final : public Machine {
     asio::awaitable<Status> qualify(double /*ball_radius_mm*/) override {
         co_return refuse(
             "LinuxCNC knows nothing of the stylus and cannot qualify it: touch a reference sphere and put the radius "
-            "that comes out into the part file ([stylus] radius_mm); `cmmlive scan` needs a machine that scans along "
-            "paths");
+            "that comes out into the part file ([stylus] radius_mm)");
     }
     asio::awaitable<Status> move(Vector3d centre_mm, double speed_mm_s) override;
     asio::awaitable<Result<Vector3d>> touch(Vector3d target_mm, double speed_mm_s, double retract_mm,

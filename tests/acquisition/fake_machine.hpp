@@ -52,6 +52,7 @@ class FakeMachine final : public drivers::Machine {
     std::size_t cut_after = 0;   ///< the link breaks after so many scanned samples (0: never) ...
     std::size_t cut_keeps = 0;   ///< ... and so many more wait in the controller
     core::ErrorCode cut_code = core::ErrorCode::transport_closed;  ///< or what else ends the path there, at rest
+    std::size_t cut_touch = 0;  ///< at this touch the link breaks, its sample waits in the controller
     std::function<void(std::size_t scanned)> on_scanned;
     std::function<void(const std::string& call)> on_call;
     Contact contact = [](const drivers::PathPoint& point) { return std::optional(point.centre_mm); };
@@ -118,6 +119,12 @@ class FakeMachine final : public drivers::Machine {
             if (!found || (*found - here.centre_mm).norm() > 0.1) continue;
             auto sample = next_sample(0, *found);
             sample.flags = core::sample_flag::touch;
+            if (count("touch") == cut_touch) {
+                kept_.push_back(sample);
+                status.position_mm = *found;
+                status.state = drivers::MachineState::stopped;
+                co_return core::fail(core::ErrorCode::transport_closed, "the link broke", core::Motion::unknown);
+            }
             if (auto taken = sink.on_samples(std::span(&sample, 1)); !taken) co_return tl::unexpected(taken.error());
             status.position_mm = *found - retract_mm * direction;
             co_return *found;

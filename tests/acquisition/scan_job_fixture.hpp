@@ -15,6 +15,21 @@ namespace cmm::acquisition {
 
 using core::ErrorCode;
 
+/// The same blade, but the job has no nominal: it is found by touches and followed.
+inline std::string unknown_part_text() {
+    return R"([part]
+name = "unknown"
+[nominal]
+kind = "none"
+[stylus]
+radius_mm = 1.0
+[scan]
+heights_mm = [20, 40]
+pitch_mm = 1.0
+box_mm = [-25, -25, 25, 25]
+)";
+}
+
 struct Ran {
     ScanOutcome outcome;
     std::vector<Event> events;
@@ -32,6 +47,7 @@ struct ScanJobTest : ::testing::Test {
     FakeMachine machine{clock};
     SessionPart job;
     std::string text = session_part_text();
+    bool touch = false;
     std::function<void(ScanJob&)> with_job;
 
     ScanRequest request(bool resume) const {
@@ -40,6 +56,7 @@ struct ScanJobTest : ::testing::Test {
         made.nominal = load_nominal(made.part.nominal).value();
         made.run_file = file;
         made.resume = resume;
+        made.touch = touch;
         made.machine_url = "test:";
         made.software_version = "test";
         made.run_id = resume ? "run-2" : "run-1";

@@ -6,6 +6,7 @@
 
 #include "acquisition/clearance.hpp"
 #include "acquisition/run_results.hpp"
+#include "tests/acquisition/outline_contact.hpp"
 #include "tests/acquisition/scan_job_fixture.hpp"
 
 namespace cmm::acquisition {
@@ -258,38 +259,12 @@ TEST_F(ScanJobTest, APlanOutsideTheTravelMovesNothing) {
     EXPECT_FALSE(std::filesystem::exists(file));
 }
 
-/// The same blade, but the job has no nominal: it is found by touches and followed.
 struct UnknownJobTest : ScanJobTest {
     UnknownJobTest() {
-        text = R"([part]
-name = "unknown"
-[nominal]
-kind = "none"
-[stylus]
-radius_mm = 1.0
-[scan]
-heights_mm = [20, 40]
-pitch_mm = 1.0
-box_mm = [-25, -25, 25, 25]
-)";
-        machine.contact = [this](const drivers::PathPoint& point) { return servo(point); };
+        text = unknown_part_text();
+        machine.contact = blade;
     }
-    /// Along the normal until the ball touches, at most the search distance.
-    std::optional<Eigen::Vector3d> servo(const drivers::PathPoint& point) const {
-        const std::size_t level = point.centre_mm.z() < 30.0 ? 0 : 1;
-        const auto& outline = outlines[level];
-        const auto gap = [&](const Eigen::Vector3d& p) { return distance_to_outline(p.head<2>(), outline) - 1.0; };
-        const bool free = gap(point.centre_mm) > 0.0;
-        const Eigen::Vector3d way = free ? Eigen::Vector3d(-point.normal) : point.normal;
-        for (double gone = 0.0; gone <= 1.5;) {
-            const double room = gap(point.centre_mm + gone * way);
-            if (free ? room < 1e-5 : room > -1e-5) return Eigen::Vector3d(point.centre_mm + gone * way);
-            gone += std::max(std::abs(room), 1e-6);
-        }
-        return std::nullopt;
-    }
-    std::array<std::vector<Eigen::Vector2d>, 2> outlines{job.nominal->cut(20.0)->points,
-                                                         job.nominal->cut(40.0)->points};
+    OutlineContact blade{job};
 };
 
 TEST_F(UnknownJobTest, FindsThePartAndGoesRoundIt) {
@@ -301,7 +276,7 @@ TEST_F(UnknownJobTest, FindsThePartAndGoesRoundIt) {
         const auto& section = ran.outcome.result.sections[i];
         ASSERT_TRUE(section.closed()) << section.why;
         for (const auto& point : section.fit->contour)
-            EXPECT_LT(std::abs(distance_to_outline(point.position_mm, outlines.at(i))), 0.02);
+            EXPECT_LT(std::abs(distance_to_outline(point.position_mm, blade.outlines.at(i))), 0.02);
     }
     EXPECT_GE(machine.count("touch"), 6U);  // three a section
     EXPECT_TRUE(results_of_run(file, nullptr)->complete);
