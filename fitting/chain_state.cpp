@@ -43,17 +43,22 @@ std::ptrdiff_t ChainState::good_beyond(std::ptrdiff_t from, std::ptrdiff_t step,
     return found;
 }
 
+/// Whether the four neighbours of a point are good and well apart, as almost always.
+bool ChainState::has_plain_neighbours(std::ptrdiff_t i) const {
+    const std::ptrdiff_t step = stride(i);
+    if (i < 2 * step || i + 2 * step >= n_) return false;
+    const auto at = static_cast<std::size_t>(i), by = static_cast<std::size_t>(step);
+    const bool good = state_[at - 2 * by] == PointState::good && state_[at - by] == PointState::good &&
+                      state_[at + by] == PointState::good && state_[at + 2 * by] == PointState::good;
+    const Vec2 &a = points_[at - 2 * by], &b = points_[at - by], &c = points_[at + by], &d = points_[at + 2 * by];
+    const double least = apart_share * apart_share * (c - b).squaredNorm();
+    return good && least > 0.0 && (b - a).squaredNorm() >= least && (d - c).squaredNorm() >= least;
+}
+
 SplineResidual ChainState::test(std::ptrdiff_t i) {
     const std::ptrdiff_t step = stride(i);
-    if (i >= 2 * step && i + 2 * step < n_) {
-        // Almost always all four are good and well apart.
-        const auto at = static_cast<std::size_t>(i), by = static_cast<std::size_t>(step);
-        const bool good = state_[at - 2 * by] == PointState::good && state_[at - by] == PointState::good &&
-                          state_[at + by] == PointState::good && state_[at + 2 * by] == PointState::good;
-        const Vec2 &a = points_[at - 2 * by], &b = points_[at - by], &c = points_[at + by], &d = points_[at + 2 * by];
-        const double least = apart_share * apart_share * (c - b).squaredNorm();
-        if (good && (b - a).squaredNorm() >= least && (d - c).squaredNorm() >= least)
-            return spline_residual(a, b, c, d, points_[at]);
+    if (has_plain_neighbours(i)) {
+        return spline_residual(point(i - 2 * step), point(i - step), point(i + step), point(i + 2 * step), point(i));
     }
     const std::ptrdiff_t b = good_beyond(i, -step, 0.0), c = good_beyond(i, step, 0.0);
     if (b == none || c == none) return {};
@@ -64,15 +69,33 @@ SplineResidual ChainState::test(std::ptrdiff_t i) {
 }
 
 void ChainState::test(std::ptrdiff_t low, std::ptrdiff_t high) {
-    for (std::ptrdiff_t i = low; i <= high; ++i) {
-        if (!exists(i) || state(i) == PointState::bad) continue;
-        const SplineResidual found = test(i);
+    const auto keep = [this](std::ptrdiff_t i, const SplineResidual& found) {
+        if (state(i) == PointState::bad) return;
         const std::size_t k = index(i);
         residual_[k] = found.distance_mm;
         gain_[k] = found.gain;
         threshold_[k] = 0.0;
         ratio_[k] = std::abs(found.distance_mm) / found.gain;
+    };
+    for (std::ptrdiff_t i = low; i <= high; ++i) {
+        if (!exists(i)) continue;
+        if (i >= 0 && i + 7 <= high && are_plain(i)) {
+            const EightResiduals found = spline_residuals(&points_[static_cast<std::size_t>(i)], stride(i));
+            for (std::ptrdiff_t k = 0; k < 8; ++k)
+                keep(i + k, found[static_cast<std::size_t>(k)]);
+            i += 7;
+        } else if (state(i) != PointState::bad) {
+            keep(i, test(i));
+        }
     }
+}
+
+/// Whether eight points from `i` on have plain neighbours, all at the same stride.
+bool ChainState::are_plain(std::ptrdiff_t i) const {
+    if (i + 7 >= n_ || stride(i) != stride(i + 7)) return false;
+    for (std::ptrdiff_t k = i; k < i + 8; ++k)
+        if (!has_plain_neighbours(k)) return false;
+    return true;
 }
 
 /// Of the good points' ratios from low up to high.

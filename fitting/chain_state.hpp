@@ -62,6 +62,8 @@ class ChainState {
     std::ptrdiff_t wrapped(std::ptrdiff_t i) const { return closed_ ? (i % n_ + n_) % n_ : i; }
     std::size_t index(std::ptrdiff_t i) const { return static_cast<std::size_t>(wrapped(i)); }
     std::size_t block_of(std::ptrdiff_t i) const { return index(i) / block; }
+    bool has_plain_neighbours(std::ptrdiff_t i) const;
+    bool are_plain(std::ptrdiff_t i) const;
     double quantile(std::ptrdiff_t low, std::ptrdiff_t high, double q);
     Neighbours neighbours_of(std::ptrdiff_t i);
 

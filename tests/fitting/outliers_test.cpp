@@ -30,6 +30,24 @@ TEST(SplineResidual, IsTheSignedDistanceToTheNeighboursSpline) {
     EXPECT_NEAR(spline_residual(at(-0.2), at(-0.1), at(0.1), at(0.2), 1.05 * at(0.0)).distance_mm, 0.05, 1e-4);
 }
 
+TEST(SplineResidual, EightSideBySideAreTheSameToTheLastBit) {
+    core::Rng rng(12);
+    for (int trial = 0; trial < 300; ++trial) {
+        const std::ptrdiff_t by = 1 + trial % 3;
+        // From nearly smooth to wild, so that one, two or all steps of the search are taken.
+        auto points = circle(200, 2.5, std::pow(10.0, -5.0 + 0.02 * trial), static_cast<std::uint64_t>(trial));
+        const auto first = static_cast<std::ptrdiff_t>(8 + rng.below(150));
+        const auto at = [&](std::ptrdiff_t k) { return points[static_cast<std::size_t>(k)]; };
+        const EightResiduals found = spline_residuals(&points[static_cast<std::size_t>(first)], by);
+        for (std::ptrdiff_t k = 0; k < 8; ++k) {
+            const std::ptrdiff_t i = first + k;
+            const auto alone = spline_residual(at(i - 2 * by), at(i - by), at(i + by), at(i + 2 * by), at(i));
+            ASSERT_EQ(found[static_cast<std::size_t>(k)].distance_mm, alone.distance_mm) << trial << ' ' << k;
+            ASSERT_EQ(found[static_cast<std::size_t>(k)].gain, alone.gain) << trial << ' ' << k;
+        }
+    }
+}
+
 TEST(BadPoints, SinglesAndRunsOfThreeAreFoundExactly) {
     for (std::uint64_t seed = 0; seed < 60; ++seed) {
         auto points = circle(150, 2.5, 0.001, seed);
