@@ -36,4 +36,10 @@ void bench_offsets();
 /// The kernel beside FITPACK, Open CASCADE and SISL, as far as they are here, on the same data: times and errors.
 void bench_peers();
 
+/// Samples a second over Modbus TCP on near and distant links; points a second and share of the capacity of a serial
+/// line with Modbus RTU and the line protocol.
+void bench_links(const std::string& config_folder);
+/// Milliseconds from the call of a stop to its arrival at the controller, at random instants of a scan, over each link.
+void bench_stops(const std::string& config_folder);
+
 }  // namespace cmm::bench

@@ -55,6 +55,9 @@ int main(int count, char** arguments) {
     if (wanted("offsets")) cmm::bench::bench_offsets();
     if (wanted("live")) cmm::bench::bench_live();
     if (wanted("sections")) cmm::bench::bench_sections();
-    if (wanted("chain")) cmm::bench::bench_chain((executable.parent_path() / "../../config").string());
+    const std::string config_folder = (executable.parent_path() / "../../config").string();
+    if (wanted("links")) cmm::bench::bench_links(config_folder);
+    if (wanted("stops")) cmm::bench::bench_stops(config_folder);
+    if (wanted("chain")) cmm::bench::bench_chain(config_folder);
     return 0;
 }

@@ -180,6 +180,7 @@ void Controller::finish(ResultCode result) {
 }
 
 void Controller::stop(StopKind kind) {
+    if (options_.on_stop) options_.on_stop(kind);
     if (kind == StopKind::emergency) {
         emergency_pressed_ = true;
         position_ = position_mm();

@@ -40,6 +40,7 @@ struct ControllerOptions {
     std::uint64_t seed = 1;
     std::uint16_t boot_id = 1;
     std::function<void(const SampleTruth&)> on_sample;
+    std::function<void(StopKind)> on_stop;  ///< told when a stop arrives, before it is carried out
 };
 
 /// The simulated CMM controller: takes commands and paths, moves in machine time, records samples. A discrete-event

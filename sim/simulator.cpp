@@ -129,13 +129,14 @@ core::Result<std::unique_ptr<Simulator>> Simulator::start(const SimulatorOptions
     if (map->count_mm > 0.0) machine->lsb_mm = map->count_mm;
     auto part = load_part(options.part_file);
     if (!part) return tl::unexpected(part.error());
-    ControllerOptions controller{std::move(*machine), std::move(*part),          options.speed,
-                                 options.seed,        new_boot_id(parts->clock), {}};
+    ControllerOptions controller{
+        std::move(*machine), std::move(*part), options.speed, options.seed, new_boot_id(parts->clock), {}, {}};
     if (!options.log_file.empty()) {
         auto log = TruthLog::open(options.log_file);
         if (!log) return tl::unexpected(log.error());
         parts->log = std::move(*log);
     }
+    if (options.on_stop) controller.on_stop = [tell = options.on_stop](StopKind) { tell(); };
     controller.on_sample = [at = parts.get()](const SampleTruth& truth) { at->record(truth); };
     parts->controller = std::make_unique<Controller>(std::move(controller), parts->clock);
     parts->bank = std::make_unique<RegisterBank>(*parts->controller, *map);

@@ -33,6 +33,8 @@ struct SimulatorOptions {
     std::string fault_file;  ///< what breaks and when; empty: nothing
     /// Told, on the simulator's thread, a line for each fault that strikes and each stop after it.
     std::function<void(const std::string&)> on_fault;
+    /// Told, on the simulator's thread, when a stop arrives: what a measurement of its way ends with.
+    std::function<void()> on_stop;
 };
 
 /// A simulated machine with its part, controller and server, run by a thread of its own from `start` until `stop` or
