@@ -172,7 +172,7 @@ class Machine {
     /// Straight free travel; touching anything is a collision (machine_fault).
     virtual boost::asio::awaitable<core::Status> move(Eigen::Vector3d centre_mm, double speed_mm_s) = 0;
     /// Straight towards `target_mm` until contact, then back by `retract_mm`. Returns the ball centre at contact; its
-    /// sample goes to the sink as well. Nothing there: machine_fault.
+    /// sample goes to the sink as well. Nothing there: machine_no_contact, and no sample.
     virtual boost::asio::awaitable<core::Result<Eigen::Vector3d>> touch(Eigen::Vector3d target_mm, double speed_mm_s,
                                                                         double retract_mm, SampleSink& sink) = 0;
     /// Scans the path. Returns when it has ended and every sample is delivered, durable and acknowledged. An error of
