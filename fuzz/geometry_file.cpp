@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Files of points and meshes that users bring: PLY, STL, CRV, point lists. The first byte chooses.
-#include <cmath>
 #include <cstdlib>
 
 #include "acquisition/crv_file.hpp"
