@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/rng.hpp"
+#include "drivers/link_error.hpp"
 
 namespace cmm::drivers::controller {
 namespace {
@@ -20,11 +21,6 @@ constexpr double claim_again_ms = 50.0;
 constexpr double insist_every_ms = 300.0;  // longer than a stop takes that arrives, shorter than the watchdog time
 constexpr double busy_patience_ms = 1000.0;
 constexpr double stop_patience_ms = 5000.0;  // a machine brakes within a second; afterwards nothing is known
-
-bool is_transport(core::ErrorCode code) {
-    return code == core::ErrorCode::transport_connect || code == core::ErrorCode::transport_timeout ||
-           code == core::ErrorCode::transport_closed;
-}
 
 core::Motion motion_of(const StatusBlock& status) {
     return status.in_motion() ? core::Motion::may_be_moving : core::Motion::stopped;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/text.hpp"
+#include "drivers/link_error.hpp"
 
 namespace cmm::drivers::linuxcnc {
 namespace {
@@ -29,11 +30,6 @@ constexpr double most_rotation_deg = 1e-9;
 // Millimetres, absolute, feed per minute, no cutter or tool length compensation, the first coordinate system, exact
 // stops, no G92: what G38.3 and its result are given in.
 constexpr std::array<std::string_view, 8> modes{"G21", "G90", "G94", "G40", "G49", "G54", "G61", "G92.2"};
-
-bool is_transport(ErrorCode code) {
-    return code == ErrorCode::transport_connect || code == ErrorCode::transport_timeout ||
-           code == ErrorCode::transport_closed;
-}
 
 }  // namespace
 
