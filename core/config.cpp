@@ -3,12 +3,12 @@
 
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <set>
 #include <utility>
 
 #include "core/text.hpp"
-#include "core/toml_text.hpp"
 
 namespace cmm::core {
 
@@ -50,6 +50,43 @@ std::string range_text(Bounds bounds) {
     return low ? "at least " + number(bounds.low) : "at most " + number(bounds.high);
 }
 
+bool is_ascii(char byte) noexcept {
+    return static_cast<unsigned char>(byte) < 0x80;
+}
+
+/// The text with `?`, which means nothing outside strings and comments, for each letter outside ASCII.
+std::string with_marks_for_letters(std::string_view text) {
+    constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+    if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
+    std::string masked;
+    masked.reserve(text.size());
+    for (const char byte : text) {
+        const bool in_a_letter = (static_cast<unsigned char>(byte) & 0xC0) == 0x80;
+        if (!in_a_letter) masked += is_ascii(byte) ? byte : '?';
+    }
+    return masked;
+}
+
+Result<toml::table> parsed(std::string_view text, const std::string& name, std::string_view remark = {}) {
+    try {
+        return toml::parse(text, name);
+    } catch (const toml::parse_error& error) {
+        return fail(ErrorCode::config_syntax,
+                    position(name, error.source()) + ": " + std::string(error.description()).append(remark));
+    }
+}
+
+/// TOML 1.0 has letters outside ASCII in strings and comments only; at some that stand elsewhere toml++ 3.3 and 3.4 end
+/// in undefined behaviour. A text that has any is therefore parsed with marks in their places first.
+Result<toml::table> parsed_safely(std::string_view text, const std::string& name) {
+    if (!std::all_of(text.begin(), text.end(), is_ascii)) {
+        auto masked = parsed(with_marks_for_letters(text), name,
+                             " (? may be a letter outside ASCII, which only strings and comments may have)");
+        if (!masked) return masked;
+    }
+    return parsed(text, name);
+}
+
 }  // namespace
 
 ConfigTable::ConfigTable(std::shared_ptr<Document> document, const void* node, std::string path)
@@ -62,20 +99,13 @@ Result<ConfigTable> ConfigTable::load(const std::string& path) {
 }
 
 Result<ConfigTable> ConfigTable::parse(std::string_view text, const std::string& name) {
-    if (const auto foreign = first_foreign_letter(text)) {
-        return fail(ErrorCode::config_syntax, name + ":" + std::to_string(foreign->line) + ":" +
-                                                  std::to_string(foreign->column) +
-                                                  ": a letter outside ASCII, which only strings and comments may have");
-    }
+    auto root = parsed_safely(text, name);
+    if (!root) return tl::unexpected(root.error());
     auto document = std::make_shared<Document>();
     document->name = name;
-    try {
-        document->root = toml::parse(text, name);
-    } catch (const toml::parse_error& error) {
-        return fail(ErrorCode::config_syntax, position(name, error.source()) + ": " + std::string(error.description()));
-    }
-    const void* root = &document->root;
-    return ConfigTable(std::move(document), root, "");
+    document->root = std::move(*root);
+    const void* node = &document->root;
+    return ConfigTable(std::move(document), node, "");
 }
 
 const void* ConfigTable::find(std::string_view key) const {

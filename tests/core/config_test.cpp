@@ -108,5 +108,30 @@ TEST(Config, BrokenTomlSaysWhere) {
     EXPECT_EQ(ConfigTable::load("/nonexistent/x.toml").error().code, ErrorCode::input_missing);
 }
 
+TEST(Config, StringsAndCommentsMayHaveAnyLetter) {
+    for (const char* text : {"# é\na = \"Schaufel Ø\" # ü", "a = 'ü' \nb = \"\"\"ä\n\"ö\" \\\" x\"\"\"",
+                             "a = '''é\n'x'''' # ö\nb = 1", "\xEF\xBB\xBF# a mark of the byte order\na = 'ü'"})
+        EXPECT_TRUE(ConfigTable::parse(text, "part.toml")) << text;
+    EXPECT_EQ(parsed("a = \"Ø\"").text("a", ""), "Ø");
+}
+
+class ForeignLetter : public testing::TestWithParam<BadCase> {};
+
+TEST_P(ForeignLetter, ElsewhereIsRefusedWithItsPlace) {
+    const auto root = ConfigTable::parse(GetParam().text, "part.toml");
+    ASSERT_FALSE(root);
+    EXPECT_EQ(root.error().code, ErrorCode::config_syntax);
+    EXPECT_NE(root.error().message.find(GetParam().expected), std::string::npos) << root.error().message;
+    EXPECT_NE(root.error().message.find("outside ASCII"), std::string::npos) << root.error().message;
+}
+
+INSTANTIATE_TEST_SUITE_P(Places, ForeignLetter,
+                         testing::Values(BadCase{"größe = 1", "part.toml:1:3:"},
+                                         BadCase{"a = 1\n\xD0\x9E", "part.toml:2:1:"},
+                                         BadCase{"a = 1\n\xC2\xA0 = 1", "part.toml:2:1:"},
+                                         BadCase{"a = \"ü\" é", "part.toml:1:9:"}, BadCase{"a = 2é", "part.toml:1:"},
+                                         // toml++ looks at the letter from before the quotes
+                                         BadCase{"a = 8b\"\"\" = 8\xC8\x9A\"\"\"", "part.toml:1:"}));
+
 }  // namespace
 }  // namespace cmm::core
