@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "fitting/statistics.hpp"
+
 namespace cmm::fitting {
 namespace {
 
@@ -104,9 +106,7 @@ double ChainState::quantile(std::ptrdiff_t low, std::ptrdiff_t high, double q) {
     for (std::ptrdiff_t k = low; k < high; ++k)
         if (exists(k) && state(k) == PointState::good) work_.push_back(ratio(k));
     if (work_.empty()) return 0.0;
-    const auto nth = work_.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(work_.size() - 1));
-    std::nth_element(work_.begin(), nth, work_.end());
-    return *nth;
+    return nth_smallest(work_, static_cast<std::size_t>(q * static_cast<double>(work_.size() - 1)));
 }
 
 /// Four clean tenths are enough to see the noise among the residuals that each bad point spoils. Only where fewer
@@ -141,7 +141,9 @@ bool ChainState::set_strides() {
         const auto low = static_cast<std::ptrdiff_t>(k * block);
         for (std::ptrdiff_t i = low; i < low + static_cast<std::ptrdiff_t>(block); ++i)
             if (exists(i) && exists(i + 1)) work_.push_back((point(i + 1) - point(i)).norm());
-        if (work_.empty()) continue;
+        // Where every step is long enough, as nearly everywhere, their median need not be known.
+        const auto shortest = std::min_element(work_.begin(), work_.end());
+        if (shortest == work_.end() || *shortest >= std::max(stride_sigmas * scatter_[k], 1e-9)) continue;
         const auto nth = work_.begin() + static_cast<std::ptrdiff_t>(work_.size() / 2);
         std::nth_element(work_.begin(), nth, work_.end());
         const double wanted = std::ceil(stride_sigmas * scatter_[k] / std::max(*nth, 1e-9));

@@ -59,7 +59,11 @@ class ChainState {
   private:
     static constexpr std::size_t block = 16;  // points that share their scatter and stride
 
-    std::ptrdiff_t wrapped(std::ptrdiff_t i) const { return closed_ ? (i % n_ + n_) % n_ : i; }
+    /// Nearly all indices need no wrapping, and a division costs more than all else here.
+    std::ptrdiff_t wrapped(std::ptrdiff_t i) const {
+        if (!closed_ || (i >= 0 && i < n_)) return i;
+        return (i % n_ + n_) % n_;
+    }
     std::size_t index(std::ptrdiff_t i) const { return static_cast<std::size_t>(wrapped(i)); }
     std::size_t block_of(std::ptrdiff_t i) const { return index(i) / block; }
     bool has_plain_neighbours(std::ptrdiff_t i) const;

@@ -10,6 +10,7 @@
 #include "fitting/knot_spacing.hpp"
 #include "fitting/least_squares.hpp"
 #include "fitting/roughness.hpp"
+#include "fitting/statistics.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -30,24 +31,17 @@ constexpr int rounds = 2, tunings = 7, last_tunings = 2;
 constexpr double least_speed = 0.05;  // of the parameter, which is nearly a length; below it the curve has a cusp
 constexpr double longest_period_mm = 1e7;
 
-/// Median of n values, which are reordered.
-double median(std::vector<double>& values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
-
 /// Noise along the normal, roughly and too large where the points are sparse: from the offsets of the points from the
 /// chord of their neighbours.
 double rough_sigma(std::span<const Vec2> points) {
     const std::size_t n = points.size();
     std::vector<double> off(n);
     for (std::size_t i = 0; i < n; ++i) {
-        const Vec2 &before = points[(i + n - 1) % n], &after = points[(i + 1) % n];
+        const Vec2 &before = points[i > 0 ? i - 1 : n - 1], &after = points[i + 1 < n ? i + 1 : 0];
         const Vec2 chord = after - before;
         off[i] = std::abs(cross(points[i] - before, chord)) / std::max(chord.norm(), 1e-12);
     }
-    return std::max(median(off) / (0.6745 * 1.2247), least_sigma_mm);
+    return std::max(nth_smallest(off, n / 2) / (0.6745 * 1.2247), least_sigma_mm);
 }
 
 class Smoother {
@@ -282,17 +276,26 @@ class Smoother {
         gram_.assign(spans_, {});
         moment_.assign(spans_, Four{});
         residual_squares_ = 0.0;
-        for (std::size_t i = 0; i < basis_.size(); ++i) {
-            const Four& b = basis_[i];
-            auto& gram = gram_[span_[i]];
-            auto& moment = moment_[span_[i]];
-            residual_squares_ += residual_[i] * residual_[i];
-            for (std::size_t a = 0; a < 4; ++a) {
-                moment[a] += b[a] * residual_[i];
-                for (std::size_t c = 0; c < 4; ++c)
-                    gram[a][c] += b[a] * b[c];
+        for (std::size_t i = 0; i < basis_.size();) {
+            const std::uint32_t span = span_[i];
+            auto gram = gram_[span];
+            Four moment = moment_[span];
+            for (; i < basis_.size() && span_[i] == span; ++i) {
+                const Four& b = basis_[i];
+                residual_squares_ += residual_[i] * residual_[i];
+                for (std::size_t a = 0; a < 4; ++a) {
+                    moment[a] += b[a] * residual_[i];
+                    for (std::size_t c = 0; c <= a; ++c)
+                        gram[a][c] += b[a] * b[c];
+                }
             }
+            gram_[span] = gram;
+            moment_[span] = moment;
         }
+        for (auto& gram : gram_)
+            for (std::size_t a = 0; a < 4; ++a)
+                for (std::size_t c = a + 1; c < 4; ++c)
+                    gram[a][c] = gram[c][a];
     }
 
     /// The normal displacements of the controls that fit the residuals with the present roughness.

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fitting/statistics.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 namespace cmm::fitting {
 namespace {
@@ -11,7 +14,42 @@ namespace {
 constexpr double normal_975 = 1.959963984540054;
 constexpr double normal_999 = 3.090232306167813;
 
+/// Two values of a small sample between which the nth is likely to be.
+std::pair<double, double> likely_bracket(std::span<const double> values, std::size_t nth) {
+    constexpr std::size_t sampled = 64, margin = 10;
+    std::array<double, sampled> sample;
+    for (std::size_t k = 0; k < sampled; ++k)
+        sample[k] = values[k * values.size() / sampled];
+    std::sort(sample.begin(), sample.end());
+    const std::size_t middle = nth * sampled / values.size();
+    return {sample[middle > margin ? middle - margin : 0], sample[std::min(middle + margin, sampled - 1)]};
+}
+
 }  // namespace
+
+double nth_smallest(std::span<double> values, std::size_t nth) {
+    constexpr std::size_t many = 256;
+    if (values.size() >= many) {
+        const auto [low, high] = likely_bracket(values, nth);
+        std::size_t below = 0, up_to = 0;
+        for (const double value : values) {
+            below += value < low;
+            up_to += value <= high;
+        }
+        if (nth >= below && nth < up_to) {
+            std::size_t kept = 0;
+            for (const double value : values) {
+                values[kept] = value;
+                kept += static_cast<unsigned>(value >= low) & static_cast<unsigned>(value <= high);
+            }
+            values = values.first(kept);
+            nth -= below;
+        }
+    }
+    const auto at = values.begin() + static_cast<std::ptrdiff_t>(nth);
+    std::nth_element(values.begin(), at, values.end());
+    return *at;
+}
 
 double coverage_95(double freedom) {
     constexpr double p = 0.05;  // in both tails

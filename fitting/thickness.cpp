@@ -2,26 +2,69 @@
 #include "fitting/thickness.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <vector>
 
 namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t coarse_points = 160;
+constexpr double rounding = 1e-9;  // far above that of a radius, far below what matters
 
-/// Radius of the largest circle that touches the contour at `at` from inside, against every `stride`-th point.
-double inscribed_radius(std::span<const OffsetPoint> contour, std::size_t at, std::size_t stride, double nearest) {
-    const OffsetPoint& p = contour[at];
-    double radius = std::numeric_limits<double>::infinity();
-    for (std::size_t j = at % stride; j < contour.size(); j += stride) {
-        const Vec2 d = contour[j].position - p.position;
-        const double depth = -d.dot(p.normal);
-        // Very near neighbours only give the local radius of curvature with all its noise.
-        if (d.squaredNorm() < nearest * nearest || !(depth > 0.0)) continue;
-        radius = std::min(radius, d.squaredNorm() / (2.0 * depth));
+/// A contour against which circles are tried, with every so many-th of its points for a first guess.
+class Obstacles {
+  public:
+    Obstacles(std::span<const OffsetPoint> contour, std::size_t stride, double nearest_mm)
+        : stride_(stride), nearest_squared_(nearest_mm * nearest_mm) {
+        all_.reserve(contour.size());
+        for (const OffsetPoint& p : contour)
+            all_.push_back(p.position);
+        for (std::size_t j = 0; j < all_.size(); j += stride)
+            few_.push_back(all_[j]);
+        double longest = 0.0;
+        for (std::size_t j = 1; j < all_.size(); ++j)
+            longest = std::max(longest, (all_[j] - all_[j - 1]).squaredNorm());
+        stretch_mm_ = static_cast<double>(stride) * std::sqrt(longest) * (1.0 + rounding);
     }
-    return radius;
-}
+
+    /// Radius of the largest circle that touches the contour at p from inside and holds none of the few other points;
+    /// infinite where none lies inwards. Very near neighbours do not count: they only give the local radius of
+    /// curvature with all its noise.
+    double radius_among_few(const OffsetPoint& p) const { return shrunk(infinite, p, few_); }
+
+    /// Among all points: only those whose stretch between two of the few reaches into that circle can matter.
+    double radius_among_all(const OffsetPoint& p) const {
+        double radius = radius_among_few(p);
+        for (std::size_t k = 0; k < few_.size(); ++k) {
+            const double reach = radius * (1.0 + rounding) + stretch_mm_;
+            if ((few_[k] - p.position + radius * p.normal).squaredNorm() > reach * reach) continue;
+            const std::size_t first = k * stride_;
+            radius = shrunk(radius, p, std::span(all_).subspan(first, std::min(stride_, all_.size() - first)));
+        }
+        return radius;
+    }
+
+  private:
+    double shrunk(double radius, const OffsetPoint& p, std::span<const Vec2> points) const {
+        double limit = 2.0 * radius * (1.0 + rounding);
+        for (const Vec2& point : points) {
+            const Vec2 d = point - p.position;
+            const double depth = -d.dot(p.normal), squared = d.squaredNorm();
+            // Multiplied first: few points are worth the division.
+            if (!(squared < limit * depth) || squared < nearest_squared_) continue;
+            radius = std::min(radius, squared / (2.0 * depth));
+            limit = 2.0 * radius * (1.0 + rounding);
+        }
+        return radius;
+    }
+
+    static constexpr double infinite = std::numeric_limits<double>::infinity();
+
+    std::size_t stride_;
+    double nearest_squared_, stretch_mm_ = 0.0;  // a bound of the way between two of the few
+    std::vector<Vec2> all_, few_;
+};
 
 }  // namespace
 
@@ -33,10 +76,11 @@ double largest_inscribed_diameter(std::span<const OffsetPoint> contour) {
         high = high.cwiseMax(p.position);
     }
     const double nearest = 2e-3 * (high - low).norm();
+    const Obstacles obstacles(contour, stride, nearest);
     double best = 0.0;
     std::size_t where = 0;
     for (std::size_t i = 0; i < n; i += stride) {
-        const double radius = inscribed_radius(contour, i, stride, nearest);
+        const double radius = obstacles.radius_among_few(contour[i]);
         if (radius < std::numeric_limits<double>::infinity() && radius > best) {
             best = radius;
             where = i;
@@ -45,8 +89,7 @@ double largest_inscribed_diameter(std::span<const OffsetPoint> contour) {
     // The maximum is flat: a few fine points around it settle it.
     best = 0.0;
     for (std::size_t k = 0; k <= 16; ++k) {
-        const std::size_t i = (where + n + k * stride / 8 - stride) % n;
-        const double radius = inscribed_radius(contour, i, 1, nearest);
+        const double radius = obstacles.radius_among_all(contour[(where + n + k * stride / 8 - stride) % n]);
         if (radius < std::numeric_limits<double>::infinity()) best = std::max(best, radius);
     }
     return 2.0 * best;

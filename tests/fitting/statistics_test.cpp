@@ -15,6 +15,31 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
+/// Against a full sort: short and long, all alike, sorted, with one large value, and so that the sample misleads.
+TEST(Statistics, TheNthSmallestIsThatOfTheSortedValues) {
+    core::Rng rng(3);
+    for (const std::size_t n : {1U, 2U, 255U, 256U, 257U, 2000U, 20000U}) {
+        for (int kind = 0; kind < 5; ++kind) {
+            std::vector<double> values(n);
+            for (std::size_t i = 0; i < n; ++i) {
+                const auto place = static_cast<double>(i);
+                values[i] = kind == 0   ? std::abs(rng.normal())
+                            : kind == 1 ? 2.0
+                            : kind == 2 ? -place
+                            : kind == 3 ? (i == n / 2 ? 1e9 : std::floor(4.0 * rng.uniform()))
+                                        : (i % std::max<std::size_t>(1, n / 64) == 0 ? 1e3 + place : place);
+            }
+            std::vector<double> sorted = values;
+            std::sort(sorted.begin(), sorted.end());
+            for (const double share : {0.0, 0.1, 0.4, 0.5, 0.9, 1.0}) {
+                const auto nth = static_cast<std::size_t>(share * static_cast<double>(n - 1));
+                std::vector<double> work = values;
+                EXPECT_EQ(nth_smallest(work, nth), sorted[nth]) << n << " " << kind << " " << share;
+            }
+        }
+    }
+}
+
 /// GUM (JCGM 100:2008), table G.2, 95 %.
 TEST(Statistics, StudentsTIsThatOfTheTable) {
     for (const auto& [freedom, t] : {std::pair{1.0, 12.71},
