@@ -18,6 +18,8 @@ struct Spread {
 /// `repeats` runs of `work`, each timed; seconds.
 Spread time_of(int repeats, const std::function<void()>& work);
 void print(const std::string& what, const Spread& value, const std::string& unit, const std::string& target);
+/// The same with a single value.
+void print_one(const std::string& what, double value, const std::string& unit, const std::string& target = "");
 /// Peak resident memory of this process, MB, since its start or since it was forgotten.
 double peak_memory_mb();
 void forget_peak_memory();
@@ -41,5 +43,8 @@ void bench_peers();
 void bench_links(const std::string& config_folder);
 /// Milliseconds from the call of a stop to its arrival at the controller, at random instants of a scan, over each link.
 void bench_stops(const std::string& config_folder);
+/// A plant: one host process with 24 machines that measure at 1 kHz. Whether every sample is in its run file once, how
+/// late a timer of the host is beside them, what it costs.
+void bench_plant(const std::string& config_folder);
 
 }  // namespace cmm::bench

@@ -5,11 +5,11 @@
 #include <cstdio>
 #include <exception>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 
 #include "acquisition/scan_job.hpp"
 #include "bench/bench.hpp"
+#include "bench/dense_blade.hpp"
 #include "drivers/registry.hpp"
 #include "sim/simulator.hpp"
 
@@ -17,26 +17,6 @@ namespace cmm::bench {
 namespace {
 
 namespace asio = boost::asio;
-
-struct DenseBlade {
-    const char* name;
-    int sections;
-    double pitch_mm, edge_density;
-};
-
-/// The demo's blade, measured more densely.
-std::string part_file(const std::string& config_folder, const std::filesystem::path& folder, const DenseBlade& blade) {
-    std::ifstream in(config_folder + "/parts/demo.toml");
-    const auto file = folder / (std::string(blade.name) + ".toml");
-    std::ofstream out(file);
-    for (std::string line; std::getline(in, line);) {
-        if (line.starts_with("count")) line = "count = " + std::to_string(blade.sections);
-        if (line.starts_with("pitch_mm")) line = "pitch_mm = " + std::to_string(blade.pitch_mm);
-        if (line.starts_with("edge_density")) line = "edge_density = " + std::to_string(blade.edge_density);
-        out << line << "\n";
-    }
-    return file;
-}
 
 struct Run {
     acquisition::ScanOutcome outcome;
@@ -48,14 +28,8 @@ struct Run {
 core::Result<Run> scan(const std::string& url, const std::string& part_file, const std::string& run_file) {
     auto link = drivers::link_settings_from(url);
     if (!link) return tl::unexpected(link.error());
-    auto part = acquisition::load_part_file(part_file);
-    if (!part) return tl::unexpected(part.error());
-    auto nominal = acquisition::load_nominal(part->nominal);
-    if (!nominal) return tl::unexpected(nominal.error());
-    acquisition::ScanRequest request;
-    request.part = std::move(*part);
-    request.nominal = *nominal;
-    request.run_file = run_file;
+    auto request = scan_request(part_file, run_file);
+    if (!request) return tl::unexpected(request.error());
     const core::SystemClock clock;
     acquisition::EventHub events(clock);
     std::optional<double> first_path_s;
@@ -68,7 +42,7 @@ core::Result<Run> scan(const std::string& url, const std::string& part_file, con
     const auto registry = drivers::standard_registry();
     auto machine = registry.make(*link, drivers::DriverContext{asio::make_strand(context), clock, 1});
     if (!machine) return tl::unexpected(machine.error());
-    acquisition::ScanJob job(std::move(request), **machine, clock, events);
+    acquisition::ScanJob job(std::move(*request), **machine, clock, events);
     Run run;
     auto done = [&](const std::exception_ptr& thrown, acquisition::ScanOutcome result) {
         if (thrown) std::rethrow_exception(thrown);
@@ -98,10 +72,6 @@ core::Result<Run> run_chain(const std::string& config_folder, const DenseBlade& 
     auto run = scan((*simulator)->url(), options.part_file, folder / "run.cmmrun");
     std::filesystem::remove_all(folder);
     return run;
-}
-
-void print_one(const std::string& what, double value, const std::string& unit, const std::string& target = "") {
-    print(what, {value, value, value}, unit, target);
 }
 
 void print_latency(const std::string& what, const acquisition::LatencySummary& latency, const std::string& target) {

@@ -29,6 +29,10 @@ void print(const std::string& what, const Spread& value, const std::string& unit
     std::fflush(stdout);
 }
 
+void print_one(const std::string& what, double value, const std::string& unit, const std::string& target) {
+    print(what, {value, value, value}, unit, target);
+}
+
 double peak_memory_mb() {
     std::ifstream status("/proc/self/status");
     std::string word;
@@ -58,6 +62,7 @@ int main(int count, char** arguments) {
     const std::string config_folder = (executable.parent_path() / "../../config").string();
     if (wanted("links")) cmm::bench::bench_links(config_folder);
     if (wanted("stops")) cmm::bench::bench_stops(config_folder);
+    if (wanted("plant")) cmm::bench::bench_plant(config_folder);
     if (wanted("chain")) cmm::bench::bench_chain(config_folder);
     return 0;
 }
