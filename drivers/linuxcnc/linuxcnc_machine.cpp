@@ -27,7 +27,6 @@ using core::Result;
 using core::Status;
 using Eigen::Vector3d;
 
-constexpr double arrived_mm = 0.02;  // the last servo cycles are still under way when the interpreter is idle
 constexpr double off_line_mm = 0.1;  // contact beside the line of approach: the coordinates are not what we think
 constexpr double back_off_mm = 2.0;  // at a time, after a collision
 constexpr double back_off_speed_mm_s = 5.0;
@@ -205,10 +204,9 @@ asio::awaitable<Status> LinuxcncMachine::travel(Vector3d centre_mm, double speed
     std::string code = "G53 G1 " + feed(speed_mm_s) + " " + words_of(centre_mm);
     const std::uint64_t links = session_.log().stats().reconnects;
     auto given = co_await motions_.give(std::move(code));
-    Messages messages;
-    if (given) given = co_await motions_.finish(messages);
     if (!given) co_return given;
-    const auto position = co_await session_.position_mm("abs_cmd_pos");
+    Messages messages;
+    const auto position = co_await motions_.arrive(centre_mm, messages);
     if (!position) co_return tl::unexpected(position.error());
     const double short_mm = (*position - centre_mm).norm();
     if (short_mm <= arrived_mm) co_return Status{};
@@ -216,7 +214,9 @@ asio::awaitable<Status> LinuxcncMachine::travel(Vector3d centre_mm, double speed
     const std::string what =
         "the move ended " + core::length_text(short_mm) + " before its target, at " + place_text(*position);
     if (lost) co_return core::fail(ErrorCode::transport_closed, what + ": the link broke meanwhile", Motion::stopped);
-    co_return core::fail(ErrorCode::machine_fault, what + ", and LinuxCNC did not say why", Motion::stopped);
+    // Why is not known: nothing that is still in LinuxCNC's queue may move it later.
+    core::Error unexplained{ErrorCode::machine_fault, what + ", and LinuxCNC did not say why", {}, Motion::stopped};
+    co_return tl::unexpected(co_await motions_.abandon(std::move(unexplained)));
 }
 
 /// Towards where it came from, until the probe is clear: that way is known to be free.

@@ -23,6 +23,7 @@ constexpr double look_every_ms = 10.0;
 constexpr double stop_patience_ms = 5000.0;  // a machine brakes within a second; afterwards nothing is known
 constexpr double still_after_ms = 30.0;
 constexpr double still_mm = 0.002;            // an encoder trembles by a count or two
+constexpr double begin_patience_ms = 1000.0;  // from "arrived" until a motion begins
 constexpr double report_patience_ms = 400.0;  // printed within a cycle of the task, unless somebody else has read it
 constexpr int report_attempts = 8;
 constexpr double most_rotation_deg = 1e-9;
@@ -152,6 +153,21 @@ asio::awaitable<Status> Motions::finish(Messages& messages) {
     }
 }
 
+asio::awaitable<Result<Eigen::Vector3d>> Motions::arrive(Eigen::Vector3d target_mm, Messages& messages) {
+    std::optional<Eigen::Vector3d> before;
+    double still_since_ms = session_.now_ms();
+    for (;;) {
+        auto idle = co_await finish(messages);
+        if (!idle) co_return tl::unexpected(std::move(idle.error()));
+        const auto position = co_await session_.position_mm("abs_cmd_pos");
+        if (!position || (*position - target_mm).norm() <= arrived_mm) co_return position;
+        if (!before || (*position - *before).norm() > still_mm) still_since_ms = session_.now_ms();
+        if (session_.now_ms() - still_since_ms >= begin_patience_ms) co_return position;
+        before = *position;
+        co_await session_.pause(look_every_ms);
+    }
+}
+
 asio::awaitable<Status> Motions::ask_report(std::string parameters) {
     std::string code =
         "(DEBUG," + std::string(report_word) + " " + std::to_string(++question_) + " " + parameters + ")";
@@ -162,16 +178,12 @@ asio::awaitable<Result<Report>> Motions::report(std::string parameters, Messages
     for (int attempt = 0; attempt < report_attempts; ++attempt) {
         // The first one may have been asked for together with the motion.
         const double give_up_ms = session_.now_ms() + report_patience_ms;
-        while (!heard(messages) && messages.error.empty()) {
-            const auto told = co_await session_.collect(messages);
-            if (!told) co_return tl::unexpected(told.error());
+        while (!heard(messages)) {
+            // The motion before it may not even have begun (arrive).
+            auto told = co_await finish(messages);
+            if (!told) co_return tl::unexpected(std::move(told.error()));
             if (heard(messages) || session_.now_ms() >= give_up_ms || attempt == 0) break;
             co_await session_.pause(look_every_ms);
-        }
-        if (!messages.error.empty()) {
-            core::Error error = error_of_text(messages.error);
-            error.motion = Motion::stopped;
-            co_return tl::unexpected(std::move(error));
         }
         if (heard(messages)) co_return *std::exchange(messages.report, std::nullopt);
         const auto asked = co_await ask_report(parameters);

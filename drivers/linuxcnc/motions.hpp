@@ -9,6 +9,8 @@
 
 namespace cmm::drivers::linuxcnc {
 
+inline constexpr double arrived_mm = 0.02;  ///< the last servo cycles are still under way when the interpreter is idle
+
 /// Motions by MDI commands, from making ready to seeing them end. For one operation at a time, on the session's
 /// executor. Lengths in millimetres, machine frame. Errors say what is known about the motion.
 class Motions {
@@ -25,6 +27,10 @@ class Motions {
     /// Waits until the interpreter is idle. Errors (the machine then stands, as far as can be seen): cancelled,
     /// machine_emergency, what LinuxCNC says, transport_*.
     boost::asio::awaitable<core::Status> finish(Messages& messages);
+    /// Waits until a motion to this place has ended there, or somewhere else: where. The interpreter says idle also
+    /// before the motion begins, on a busy host for some tenths of a second; so the machine must have stood for a while
+    /// before a place short of the target counts. Errors: those of finish().
+    boost::asio::awaitable<core::Result<Eigen::Vector3d>> arrive(Eigen::Vector3d target_mm, Messages& messages);
     /// Lets the interpreter print parameters, after the commands given before.
     boost::asio::awaitable<core::Status> ask_report(std::string parameters);
     /// What it printed since prepare(); asks again until it has been heard, for another user interface takes messages

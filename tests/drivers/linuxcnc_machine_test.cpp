@@ -209,6 +209,26 @@ TEST_F(LinuxcncMachineTest, ACollisionStopsBacksOffAndWaitsToBeCleared) {
     expect_ready();
 }
 
+TEST_F(LinuxcncMachineTest, AnInterpreterThatIsIdleBeforeTheMotionBeginsIsWaitedFor) {
+    linuxcnc.change([](State& s) { s.looks_before_motion = 5; });
+    ASSERT_NO_FATAL_FAILURE(begin_at_ball());
+    for (int k = 0; k < 3; ++k) {
+        const auto contact = touch();
+        ASSERT_TRUE(contact) << contact.error().text();
+        EXPECT_NEAR(contact->x(), 85.0, 2e-6);
+        EXPECT_NEAR(linuxcnc.state().position_mm.x(), 84.0, 1e-5);
+    }
+    // One that never begins is given up, and taken back.
+    linuxcnc.change([](State& s) { s.looks_before_motion = 1000000; });
+    const int aborts = linuxcnc.heard("set abort");
+    const auto never = move(70.0);
+    ASSERT_FALSE(never);
+    EXPECT_EQ(never.error().code, ErrorCode::machine_fault);
+    EXPECT_NE(never.error().message.find("LinuxCNC did not say why"), std::string::npos) << never.error().text();
+    EXPECT_EQ(never.error().motion, Motion::stopped);
+    EXPECT_EQ(linuxcnc.heard("set abort"), aborts + 1);
+}
+
 TEST_F(LinuxcncMachineTest, AnEmergencyStopInMotionEndsIt) {
     ASSERT_NO_FATAL_FAILURE(begin_at_ball());
     linuxcnc.change([](State& s) { s.estop_in_motion = true; });

@@ -173,8 +173,9 @@ std::string ScriptedLinuxcnc::take_message(const std::string& kind) {
 std::string ScriptedLinuxcnc::reply_to_get(const std::string& what) {
     std::string text;
     if (what == "PROGRAM_STATUS") {
-        look_at_motion();
-        text = moving_ ? "PROGRAM_STATUS RUNNING" : "PROGRAM_STATUS IDLE";
+        const bool begun = moving_ && motion_.looks_before-- <= 0;
+        if (begun) look_at_motion();
+        text = moving_ && begun ? "PROGRAM_STATUS RUNNING" : "PROGRAM_STATUS IDLE";
     }
     if (what == "ERROR" || what == "OPERATOR_DISPLAY" || what == "OPERATOR_TEXT") text = take_message(what);
     if (what == "ESTOP") text = std::string("ESTOP ") + (state_.estop ? "ON" : "OFF");
@@ -258,6 +259,7 @@ bool ScriptedLinuxcnc::mdi(const std::string& code) {
         queue_.emplace_back("ERROR", "invalid params in linear command");
         return true;
     }
+    motion_.looks_before = state_.looks_before_motion;
     motion_.looks_left = state_.motion_looks;
     moving_ = true;
     return true;

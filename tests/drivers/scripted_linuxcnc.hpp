@@ -31,7 +31,8 @@ class ScriptedLinuxcnc {
         Eigen::Vector3d ball_mm = Eigen::Vector3d(100.0, 0.0, 0.0);
         double ball_radius_mm = 15.0, x_limit_mm = 500.0;
         int motion_looks = 3;
-        int stolen_reports = 0;                                      ///< another user interface reads so many of them
+        int looks_before_motion = 0;  ///< so often the interpreter is idle before a motion begins
+        int stolen_reports = 0;       ///< another user interface reads so many of them
         Eigen::Vector3d contact_shift_mm = Eigen::Vector3d::Zero();  ///< added to what #5061... say
         std::string hang_up_on, silent_on;  ///< a line that begins so ends the connection, or is not answered; once
         bool carry_out_first = false;       ///< ... after it was carried out
@@ -57,7 +58,7 @@ class ScriptedLinuxcnc {
     struct Motion {
         Eigen::Vector3d from_mm, to_mm;
         bool probing = false;
-        int looks_left = 0;
+        int looks_before = 0, looks_left = 0;
     };
     void serve();
     /// The reply with its line end; empty: none.
