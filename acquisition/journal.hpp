@@ -39,7 +39,7 @@ class Journal {
         std::uint32_t boot_id = 0;        ///< of the controller, with sequence_shift: drivers::RunOrigin
         std::int64_t sequence_shift = 0;  ///< run sequence = controller sequence + shift
         double ball_radius_mm = 0.0;
-        /// What the machine could do (recorded_machine.hpp); empty in files of schema 1.
+        /// What the machine could do, and how it measures (recorded_machine.hpp); empty in files of schema 1.
         std::map<std::string, double> capabilities;
     };
     static core::Result<std::unique_ptr<Journal>> create(const std::string& file, const Header& header);

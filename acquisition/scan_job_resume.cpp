@@ -104,6 +104,7 @@ core::Status ScanJob::reopen_journal() {
                               " nm, this machine has counts of " + core::fixed(capabilities_.lsb_mm * 1e6, 3) +
                               " nm; go on with the machine of that run");
     }
+    if (auto status = measure_as_begun(); !status) return status;
     request_.run_id = header.run_id;
     request_.started_utc = header.started_utc;
     return {};

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "acquisition/recorded_machine.hpp"
 #include "acquisition/run_results.hpp"
 #include "acquisition/scan_job.hpp"
 #include "acquisition/section_touches.hpp"
@@ -46,6 +47,25 @@ core::Status ScanJob::choose_how_to_measure() {
                       ? "this machine scans along paths but cannot take single touches: leave --touch out"
                       : "this machine can neither scan along a path nor take single touches; `cmmlive doctor` shows "
                         "what it says of itself");
+}
+
+/// A run goes on by touches or by scanning as it began: which places are left is told from its points by that.
+core::Status ScanJob::measure_as_begun() {
+    const auto& numbers = journal_->header().capabilities;
+    const auto begun = numbers.find(by_touches);
+    if (begun == numbers.end() || (begun->second != 0.0) == touching_) return {};
+    const std::string run = request_.run_file + ": this run ";
+    if (touching_ && capabilities_.scans_paths) {
+        return core::fail(core::ErrorCode::usage,
+                          run + "was begun by scanning: leave --touch out, or begin another run (--out) by touches");
+    }
+    if (touching_) return refuse(run + "was begun by scanning, which this machine cannot: go on with another machine");
+    if (!capabilities_.touches) {
+        return refuse(run + "was begun by single touches, which this machine cannot take: go on with another machine");
+    }
+    touching_ = true;
+    notice("going on by single touches, as the run began");
+    return check_touches();
 }
 
 /// Whether the way from place to place stays off every section.

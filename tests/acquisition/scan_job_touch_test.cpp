@@ -189,6 +189,64 @@ TEST_F(TouchJobTest, AnOpenDoorIsWaitedFor) {
     expect_places();
 }
 
+TEST_F(TouchJobTest, ARunGoesOnByTouchesWithoutBeingAskedAgain) {
+    machine.caps.scans_paths = true;
+    touch = true;
+    machine.cut_touch = 30;
+    ASSERT_TRUE(run().outcome.error);
+    forget();
+    machine.cut_touch = 0;
+    touch = false;
+    std::string told;
+    with_job = [&](ScanJob& scan) { scan.on_notice([&](const std::string& notice) { told += notice; }); };
+    const auto ran = run(true);
+    ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+    EXPECT_TRUE(holds(told, "by single touches, as the run began")) << told;
+    EXPECT_EQ(machine.count("scan"), 0U);
+    EXPECT_EQ(machine.count("touch"), points() - 30U);
+    expect_places();
+}
+
+TEST_F(TouchJobTest, AScannedRunIsNotGoneOnWithByTouches) {
+    machine.caps.scans_paths = machine.caps.appends_paths = true;
+    machine.cut_after = 30;
+    ASSERT_TRUE(run().outcome.error);
+    const std::size_t before = durable();
+    machine.cut_after = 0;
+    for (const bool asked : {true, false}) {
+        forget();
+        touch = asked;
+        machine.caps.scans_paths = asked;
+        const auto refused = run(true);
+        ASSERT_TRUE(refused.outcome.error);
+        EXPECT_EQ(refused.outcome.error->code, asked ? ErrorCode::usage : ErrorCode::machine_refused);
+        EXPECT_TRUE(holds(refused.outcome.error->text(), "was begun by scanning")) << refused.outcome.error->text();
+        EXPECT_TRUE(holds(refused.outcome.error->text(), asked ? "leave --touch out" : "another machine"));
+        for (const auto* call : {"begin_run", "clear_fault", "home", "move", "touch", "scan"})
+            EXPECT_EQ(machine.count(call), 0U) << call;
+        EXPECT_EQ(durable(), before);
+    }
+    forget();
+    machine.caps.scans_paths = true;
+    const auto ran = run(true);
+    ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+    EXPECT_EQ(durable(), points());
+}
+
+TEST_F(TouchJobTest, ATouchedRunNeedsAMachineThatTouches) {
+    machine.cut_touch = 30;
+    ASSERT_TRUE(run().outcome.error);
+    forget();
+    machine.cut_touch = 0;
+    machine.caps.scans_paths = true;
+    machine.caps.touches = false;
+    const auto ran = run(true);
+    ASSERT_TRUE(ran.outcome.error);
+    EXPECT_EQ(ran.outcome.error->code, ErrorCode::machine_refused);
+    EXPECT_TRUE(holds(ran.outcome.error->text(), "was begun by single touches")) << ran.outcome.error->text();
+    EXPECT_EQ(machine.count("begin_run"), 0U);
+}
+
 struct UnknownTouchJobTest : TouchJobTest {
     UnknownTouchJobTest() {
         text = unknown_part_text();
