@@ -227,6 +227,7 @@ ScanJob::Step ScanJob::stop_machine() {
     auto now = co_await machine_.state();
     if (!now) co_return tl::unexpected(now.error());
     if (now->in_motion) {
+        if (error_) error_->motion = core::Motion::may_be_moving;
         co_return core::fail(core::ErrorCode::machine_fault, "the machine still moves after the stop",
                              core::Motion::may_be_moving);
     }

@@ -38,6 +38,8 @@ boost::asio::awaitable<void> ScanJob::back_off(core::Error& error) {
         error.with_context("the probe was moved back " + core::fixed(*distance_mm, 3) + " mm");
     } else {
         error.with_context("the probe was not moved back: " + distance_mm.error().message);
+        const core::Motion motion = distance_mm.error().motion;
+        if (motion == core::Motion::may_be_moving || motion == core::Motion::unknown) error.motion = motion;
     }
     notice(error.context.back());
 }
@@ -54,9 +56,19 @@ boost::asio::awaitable<core::Result<double>> ScanJob::retract() {
     if (!cleared) co_return tl::unexpected(cleared.error());
     // A stop that the controller heard before the fault was cleared has been cleared with it.
     if (stop_requested_) co_return stays("stopped on request");
-    const auto moved = co_await machine_.move(*target, std::min(retract_speed_mm_s, plan_.approach_speed_mm_s));
-    if (!moved) co_return tl::unexpected(moved.error());
-    co_return (*target - now->position_mm).norm();
+    const double distance_mm = (*target - now->position_mm).norm();
+    notice("moving the probe back " + core::fixed(distance_mm, 3) + " mm");
+    auto moved = co_await machine_.move(*target, std::min(retract_speed_mm_s, plan_.approach_speed_mm_s));
+    if (moved) co_return distance_mm;
+    core::Error error = std::move(moved.error());
+    if (error.motion != core::Motion::stopped) co_return tl::unexpected(std::move(error));
+    const auto stands = co_await machine_.state();
+    const double gone_mm = stands ? (stands->position_mm - now->position_mm).norm() : 0.0;
+    if (gone_mm > nowhere_mm) {
+        error.message =
+            "only " + core::fixed(gone_mm, 3) + " of " + core::fixed(distance_mm, 3) + " mm, " + error.message;
+    }
+    co_return tl::unexpected(std::move(error));
 }
 
 std::optional<Eigen::Vector3d> ScanJob::way_back(const Eigen::Vector3d& where) const {

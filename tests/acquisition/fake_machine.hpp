@@ -48,6 +48,7 @@ class FakeMachine final : public drivers::Machine {
     std::string fail_at;          ///< the call that fails ...
     std::size_t fail_number = 1;  ///< ... when it comes for this time
     core::ErrorCode fail_code = core::ErrorCode::transport_closed;
+    core::Motion fail_motion = core::Motion::not_concerned;
     bool fail_in_fault = false;  ///< a move that fails with machine_fault is a collision on the way
     std::size_t cut_after = 0;   ///< the link breaks after so many scanned samples (0: never) ...
     std::size_t cut_keeps = 0;   ///< ... and so many more wait in the controller
@@ -178,7 +179,7 @@ class FakeMachine final : public drivers::Machine {
     core::Status enter(const std::string& call) {
         calls.push_back(call);
         if (on_call) on_call(call);
-        if (call == fail_at && count(call) == fail_number) return core::fail(fail_code, call + " failed");
+        if (call == fail_at && count(call) == fail_number) return core::fail(fail_code, call + " failed", fail_motion);
         return {};
     }
     core::Sample next_sample(std::uint16_t path, const Eigen::Vector3d& centre_mm) {

@@ -94,5 +94,74 @@ TEST_F(RetractTest, NotAfterAStopRequest) {
     EXPECT_EQ(machine.calls.back(), "end_run");
 }
 
+TEST_F(RetractTest, AStopOnTheWayBackEndsIt) {
+    bend();
+    std::size_t stops_before = 0;
+    with_job = [&](ScanJob& scan) {
+        machine.on_call = [&](const std::string& call) {
+            if (call != "move" || machine.count("clear_fault") != 1) return;
+            machine.status.position_mm += 0.4 * bent_at().normal;
+            stops_before = machine.stops;
+            scan.request_stop();
+            scan.request_stop();
+            machine.fail_at = "move";
+            machine.fail_number = machine.count("move");
+            machine.fail_code = ErrorCode::cancelled;
+            machine.fail_motion = core::Motion::stopped;
+        };
+    };
+    const auto ran = run();
+    ASSERT_TRUE(ran.outcome.error);
+    EXPECT_EQ(ran.outcome.error->code, ErrorCode::machine_deflection);
+    EXPECT_EQ(ran.outcome.error->motion, core::Motion::stopped);
+    EXPECT_TRUE(holds(ran.outcome.error->text(), "the probe was not moved back: only 0.400 of 1.000 mm, move failed"))
+        << ran.outcome.error->text();
+    EXPECT_GT(machine.stops, stops_before + 2);
+    EXPECT_EQ(machine.status.state, drivers::MachineState::stopped);
+    EXPECT_EQ(machine.calls.back(), "end_run");
+    EXPECT_EQ(machine.count("clear_fault"), 1U);
+}
+
+TEST_F(RetractTest, ALinkThatBreaksOnTheWayBackLeavesNothingUnsaid) {
+    bend();
+    bool broken = false;
+    std::size_t moves = 0;
+    machine.on_call = [&](const std::string& call) {
+        broken = broken || (call == "move" && machine.count("clear_fault") == 1);
+        if (!broken) return;
+        // Nothing comes through any more.
+        machine.fail_at = call;
+        machine.fail_number = machine.count(call);
+        machine.fail_code = ErrorCode::transport_closed;
+        machine.fail_motion = core::Motion::unknown;
+        moves += call == "move" ? 1 : 0;
+    };
+    const auto ran = run();
+    ASSERT_TRUE(ran.outcome.error);
+    EXPECT_EQ(ran.outcome.error->code, ErrorCode::machine_deflection);
+    EXPECT_TRUE(holds(ran.outcome.error->text(), "the probe was not moved back: move failed"))
+        << ran.outcome.error->text();
+    // It stood when it was bent too far; what became of the way back is not known.
+    EXPECT_EQ(ran.outcome.error->motion, core::Motion::unknown);
+    EXPECT_GE(machine.stops, 1U);
+    EXPECT_EQ(moves, 1U);
+    EXPECT_EQ(durable(), machine.cut_after);
+}
+
+TEST_F(RetractTest, AMachineThatDoesNotStopOnTheWayBackIsSaidToMove) {
+    bend();
+    with_job = [this](ScanJob& scan) {
+        machine.on_call = [this, &scan](const std::string& call) {
+            if (call != "move" || machine.count("clear_fault") != 1) return;
+            machine.status.in_motion = true;
+            scan.request_stop();
+        };
+    };
+    const auto ran = run();
+    ASSERT_TRUE(ran.outcome.error);
+    EXPECT_EQ(ran.outcome.error->code, ErrorCode::machine_deflection);
+    EXPECT_EQ(ran.outcome.error->motion, core::Motion::may_be_moving);
+}
+
 }  // namespace
 }  // namespace cmm::acquisition
