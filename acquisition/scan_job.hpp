@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/disk_room.hpp"
 #include "acquisition/events.hpp"
 #include "acquisition/first_touch.hpp"
 #include "acquisition/journal.hpp"
@@ -33,6 +34,8 @@ struct ScanRequest {
     std::string machine_url;
     std::string software_version;
     std::string run_id, started_utc;
+    /// Asked while a run waits for a full disk, on a thread of its own that may outlive the job.
+    std::function<bool(const std::string& beside, std::int64_t bytes)> disk_has_room = acquisition::disk_has_room;
 };
 
 struct ScanOutcome {
@@ -82,6 +85,7 @@ class ScanJob {
     bool may_pass(const core::Error& error) const;
     Step hold();
     void announce_hold(const core::Error& cause);
+    void ask_for_room(const core::Error& cause);
     boost::asio::awaitable<core::Result<bool>> has_passed(core::Error& cause);
     core::Result<bool> replace_journal();
     boost::asio::awaitable<bool> ran_into_something(const core::Error& error);
@@ -145,6 +149,7 @@ class ScanJob {
     std::optional<Eigen::Vector3d> came_from_;  // a free place, straight behind the motion under way
     std::unique_ptr<LiveSection> left_over_;    // of the section that was broken off last
     std::optional<core::Error> held_by_;
+    DiskQuestion disk_room_;
     bool going_on_ = false;  // after a hold: the run file is open, the machine ours
     bool started_ = false, qualified_ = false;
     double waited_s_ = 0.0;

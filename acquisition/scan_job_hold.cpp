@@ -8,7 +8,6 @@
 #include <chrono>
 #include <utility>
 
-#include "acquisition/disk_room.hpp"
 #include "acquisition/json_text.hpp"
 #include "acquisition/scan_job.hpp"
 #include "core/text.hpp"
@@ -57,6 +56,7 @@ ScanJob::Step ScanJob::hold() {
     boost::asio::steady_timer pause(co_await boost::asio::this_coro::executor);
     while (true) {
         const auto began = std::chrono::steady_clock::now();
+        ask_for_room(cause);
         for (int look = 0; look < looks_a_beat; ++look) {
             if (stop_requested_) co_return core::Status{};
             pause.expires_after(between_looks);
@@ -95,6 +95,12 @@ void ScanJob::announce_hold(const core::Error& cause) {
            "; goes on by itself when it has passed, Ctrl-C ends it");
 }
 
+/// So that the answer is there when the next beat is over; a disk that does not answer holds nothing up.
+void ScanJob::ask_for_room(const core::Error& cause) {
+    if (cause.code != ErrorCode::journal_full) return;
+    disk_room_.ask([ask = request_.disk_has_room, file = request_.run_file] { return ask(file, room_wanted); });
+}
+
 boost::asio::awaitable<core::Result<bool>> ScanJob::has_passed(core::Error& cause) {
     // Asked for the disk as well: the link stays open, and an emergency stop is noticed.
     const auto now = co_await machine_.state();
@@ -109,7 +115,7 @@ boost::asio::awaitable<core::Result<bool>> ScanJob::has_passed(core::Error& caus
     if (now->state == drivers::MachineState::emergency)
         co_return core::fail(ErrorCode::machine_emergency, "emergency stop", core::Motion::stopped);
     if (cause.code == ErrorCode::journal_slow) co_return journal_->caught_up();
-    if (!disk_has_room(request_.run_file, room_wanted)) co_return false;
+    if (!disk_room_.answer().value_or(false)) co_return false;
     co_return replace_journal();
 }
 

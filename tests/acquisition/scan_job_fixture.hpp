@@ -49,6 +49,7 @@ struct ScanJobTest : ::testing::Test {
     std::string text = session_part_text();
     bool touch = false;
     std::function<void(ScanJob&)> with_job;
+    std::function<bool(const std::string&, std::int64_t)> disk_has_room;
 
     ScanRequest request(bool resume) const {
         ScanRequest made;
@@ -57,6 +58,7 @@ struct ScanJobTest : ::testing::Test {
         made.run_file = file;
         made.resume = resume;
         made.touch = touch;
+        if (disk_has_room) made.disk_has_room = disk_has_room;
         made.machine_url = "test:";
         made.software_version = "test";
         made.run_id = resume ? "run-2" : "run-1";

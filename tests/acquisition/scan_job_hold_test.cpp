@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The run waits at rest for what may pass by itself. Over a real wire: tests/system/hold_test.cpp.
 #include <algorithm>
+#include <atomic>
 #include <filesystem>
+#include <future>
+#include <memory>
 
 #include "acquisition/run_results.hpp"
 #include "tests/acquisition/scan_job_fixture.hpp"
@@ -90,6 +93,54 @@ TEST_P(DiskHoldTest, InTheMiddleOfASectionTheDiskIsWaitedFor) {
 
 INSTANTIATE_TEST_SUITE_P(Disks, DiskHoldTest, ::testing::Values(ErrorCode::journal_full, ErrorCode::journal_slow),
                          [](const auto& disk) { return std::string(disk.index == 0 ? "Full" : "Slow"); });
+
+/// A disk that is full and does not even answer how full, until the test lets it.
+struct DyingDiskTest : HoldTest {
+    DyingDiskTest() {
+        machine.cut_after = job.plan.paths[0].points.size() + 25;
+        machine.cut_code = ErrorCode::journal_full;
+        disk_has_room = [when = answer.get_future().share(), asked = asked](const std::string&, std::int64_t) {
+            ++*asked;
+            return when.get();
+        };
+    }
+    std::promise<bool> answer;
+    std::shared_ptr<std::atomic<int>> asked = std::make_shared<std::atomic<int>>(0);
+};
+
+TEST_F(DyingDiskTest, AStopRequestIsHeardMeanwhile) {
+    with_job = [this](ScanJob& scan) {
+        machine.on_call = [this, &scan, looks = 0](const std::string& call) mutable {
+            // The machine is looked after while the disk is asked.
+            if (call == "state" && *asked > 0 && ++looks == 3) scan.request_stop();
+        };
+    };
+    const auto ran = run();
+    ASSERT_TRUE(ran.outcome.error);
+    EXPECT_EQ(ran.outcome.error->code, ErrorCode::cancelled) << ran.outcome.error->text();
+    EXPECT_EQ(machine.calls.back(), "end_run");
+    EXPECT_EQ(*asked, 1);
+    answer.set_value(false);
+}
+
+TEST_F(DyingDiskTest, TheTimeOfWaitingEndsAllTheSame) {
+    wait_s("0.6");
+    const auto ran = run();
+    ASSERT_TRUE(ran.outcome.error);
+    EXPECT_EQ(ran.outcome.error->code, ErrorCode::journal_full) << ran.outcome.error->text();
+    EXPECT_EQ(*asked, 1);
+    answer.set_value(false);
+}
+
+TEST_F(DyingDiskTest, TheRunGoesOnWhenItAnswers) {
+    machine.on_call = [this, looks = 0](const std::string& call) mutable {
+        if (call != "state" || *asked == 0 || ++looks != 3) return;
+        machine.cut_after = 0;
+        answer.set_value(true);
+    };
+    expect_all_measured_once(run());
+    EXPECT_EQ(*asked, 1);
+}
 
 TEST_F(HoldTest, ATemperatureBeforeTheFirstMotionIsWaitedFor) {
     machine.fail_at = "home";
