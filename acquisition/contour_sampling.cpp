@@ -5,18 +5,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fitting/vec2.hpp"
+
 namespace cmm::acquisition {
 namespace {
 
 using Eigen::Vector2d;
+using fitting::cross;
 
 constexpr double chord_error_mm = 2e-4;
-constexpr double fewest_points = 1200.0;
+constexpr double fewest_samples = 1200.0;
 constexpr double densest = 40.0;  // at most so many times denser than the even spacing: bounds what a kink may ask for
-
-double cross(const Vector2d& a, const Vector2d& b) {
-    return a.x() * b.y() - a.y() * b.x();
-}
 
 }  // namespace
 
@@ -31,7 +30,7 @@ std::vector<double> dense_parameters(const std::function<Vector2d(double)>& posi
         step[i] = points[(i + 1) % n] - points[i];
         length += step[i].norm();
     }
-    const double widest = length / fewest_points;
+    const double widest = length / fewest_samples;
     // Points wanted up to each coarse parameter: arc length over the local step sqrt(8 e / kappa).
     std::vector<double> wanted(n + 1, 0.0);
     for (std::size_t i = 0; i < n; ++i) {

@@ -6,7 +6,7 @@
 namespace cmm::acquisition {
 namespace {
 
-constexpr int mm_digits = 4;  // a tenth of a micrometre: the controller's count
+constexpr int count_digits = 4;  // a tenth of a micrometre: the controller's count
 constexpr int fine_digits = 6;
 
 std::string_view to_string(LiveSnapshot::State state) {
@@ -38,15 +38,15 @@ std::string snapshot_payload(std::size_t section, const LiveSnapshot& snapshot) 
         .add("points", snapshot.points)
         .add("no_contact", snapshot.no_contact)
         .add("length_mm", snapshot.length_mm, 3)
-        .add("x_mm", snapshot.last_mm.x(), mm_digits)
-        .add("y_mm", snapshot.last_mm.y(), mm_digits)
-        .add("z_mm", snapshot.last_mm.z(), mm_digits)
-        .add("worst_deviation_mm", snapshot.worst_deviation_mm, mm_digits)
+        .add("x_mm", snapshot.last_mm.x(), count_digits)
+        .add("y_mm", snapshot.last_mm.y(), count_digits)
+        .add("z_mm", snapshot.last_mm.z(), count_digits)
+        .add("worst_deviation_mm", snapshot.worst_deviation_mm, count_digits)
         .add("curvature_per_mm", known(snapshot.curve.valid, snapshot.curve.curvature), fine_digits)
         .add("doubtful", snapshot.curve.doubtful)
         .add("noise_mm", known(snapshot.curve.valid, snapshot.noise_mm), fine_digits)
-        .add("next_x_mm", known(snapshot.predicted.valid, snapshot.predicted.centre.x()), mm_digits)
-        .add("next_y_mm", known(snapshot.predicted.valid, snapshot.predicted.centre.y()), mm_digits)
+        .add("next_x_mm", known(snapshot.predicted.valid, snapshot.predicted.centre.x()), count_digits)
+        .add("next_y_mm", known(snapshot.predicted.valid, snapshot.predicted.centre.y()), count_digits)
         .add("next_sigma_mm", known(snapshot.predicted.valid, snapshot.predicted.sigma_mm), fine_digits)
         .text();
 }
@@ -54,7 +54,7 @@ std::string snapshot_payload(std::size_t section, const LiveSnapshot& snapshot) 
 std::string final_payload(const SectionResult& section, std::optional<double> latency_ms) {
     JsonFields fields;
     fields.add("section", section.index)
-        .add("z_mm", section.z_mm, mm_digits)
+        .add("z_mm", section.z_mm, count_digits)
         .add("points", section.points.size())
         .add("rejected", section.fit ? section.fit->rejected : 0)
         .add("closed", section.fit && section.fit->closed)
@@ -67,7 +67,7 @@ std::string rejected_payload(std::size_t section, const RecordedPoint& point) {
     return JsonFields()
         .add("section", section)
         .add("sample", point.sequence)
-        .add("residual_mm", point.verdict.residual_mm, mm_digits)
+        .add("residual_mm", point.verdict.residual_mm, count_digits)
         .add("reason", fitting::to_string(point.verdict.reason))
         .text();
 }

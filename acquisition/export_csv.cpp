@@ -9,14 +9,14 @@
 namespace cmm::acquisition {
 namespace {
 
-constexpr int mm_digits = 6;  // a nanometre
+constexpr int nanometre_digits = 6;  // a nanometre
 constexpr int unit_digits = 9;
 
-std::string mm(double value) {
-    return core::fixed(value, mm_digits);
+std::string cell(double value) {
+    return core::fixed(value, nanometre_digits);
 }
-std::string mm(const std::optional<double>& value) {
-    return value ? mm(*value) : std::string();
+std::string cell(const std::optional<double>& value) {
+    return value ? cell(*value) : std::string();
 }
 
 /// Names of all characteristics in the order in which they first appear.
@@ -31,7 +31,7 @@ std::vector<std::string> characteristic_names(const PartResult& part) {
 }
 
 void append(std::string& out, const Eigen::Vector3d& p) {
-    out += mm(p.x()) + ',' + mm(p.y()) + ',' + mm(p.z());
+    out += cell(p.x()) + ',' + cell(p.y()) + ',' + cell(p.z());
 }
 
 }  // namespace
@@ -45,13 +45,13 @@ std::string sections_csv(const PartResult& part) {
     }
     out += '\n';
     for (const auto& section : part.sections) {
-        out += std::to_string(section.index) + ',' + mm(section.z_mm) + ',' + std::to_string(section.points.size()) +
+        out += std::to_string(section.index) + ',' + cell(section.z_mm) + ',' + std::to_string(section.points.size()) +
                ',' + std::to_string(section.rejected()) + ',' + (section.closed() ? '1' : '0');
         for (const auto& name : names) {
             const auto* c = section.find(name);
             out += c == nullptr
                        ? ",,,"
-                       : ',' + mm(c->value_mm) + ',' + mm(c->u95_mm) + ',' + std::string(to_string(c->decision));
+                       : ',' + cell(c->value_mm) + ',' + cell(c->u95_mm) + ',' + std::string(to_string(c->decision));
         }
         out += '\n';
     }
@@ -68,8 +68,8 @@ std::string section_csv(const SectionResult& section) {
         // The normal lies in the plane: this is the contour in the plane z, compensated in two dimensions.
         out += ',' + core::fixed(point.normal.x(), unit_digits) + ',' + core::fixed(point.normal.y(), unit_digits) +
                ",0," + std::string(fitting::to_string(point.zone)) + ',';
-        if (i < section.deviation_mm.size() && section.deviation_mm[i]) out += mm(*section.deviation_mm[i]);
-        out += ',' + mm(point.u95_mm) + '\n';
+        if (i < section.deviation_mm.size() && section.deviation_mm[i]) out += cell(*section.deviation_mm[i]);
+        out += ',' + cell(point.u95_mm) + '\n';
     }
     return out;
 }
@@ -93,7 +93,7 @@ std::string rejected_csv(const PartResult& part) {
             if (point.verdict.reason == fitting::RejectReason::none) continue;
             out += std::to_string(section.index) + ',' + std::to_string(point.sequence) + ',';
             append(out, point.centre_mm);
-            out += ',' + mm(point.verdict.residual_mm) + ',' + std::string(fitting::to_string(point.verdict.reason)) +
+            out += ',' + cell(point.verdict.residual_mm) + ',' + std::string(fitting::to_string(point.verdict.reason)) +
                    '\n';
         }
     }

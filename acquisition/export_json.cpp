@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "acquisition/picometres.hpp"
+
 #include "acquisition/exports.hpp"
 
 namespace cmm::acquisition {
@@ -10,12 +12,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// A picometre is far below any meaning; rounding keeps 0.1 + 0.2 out of the file.
-double rounded(double value) {
-    return std::round(value * 1e9) / 1e9;
-}
 Json number(double value) {
-    return std::isfinite(value) ? Json(rounded(value)) : Json(nullptr);
+    return std::isfinite(value) ? Json(to_picometres(value)) : Json(nullptr);
 }
 Json number(const std::optional<double>& value) {
     return value ? number(*value) : Json(nullptr);

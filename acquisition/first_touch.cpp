@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fitting/vec2.hpp"
+
 namespace cmm::acquisition {
 namespace {
 
 constexpr double line_spacing_mm = 5.0;  // a blade's chord is longer than that
 
-Eigen::Vector2d left_of(const Eigen::Vector2d& d) {
-    return {-d.y(), d.x()};
-}
+using fitting::left_of;
 
 Eigen::Vector3d at_height(const Eigen::Vector2d& p, double z_mm) {
     return {p.x(), p.y(), z_mm};

@@ -7,11 +7,15 @@
 #include <limits>
 #include <numbers>
 
+#include "fitting/vec2.hpp"
+
 namespace cmm::acquisition {
 namespace {
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
+using fitting::cross;
+using fitting::left_of;
 
 constexpr std::size_t first_points = 9, window_points = 7;
 constexpr std::size_t rejections_to_doubt = 4;  // runs of bad points are up to three long
@@ -22,13 +26,6 @@ constexpr double tightest_concave_mm = 2.0;
 constexpr double curvature_reach_mm = 0.6;
 constexpr double rough_heading_rad = 0.5;
 constexpr double start_window_mm = 2.0;  // the start counts as passed when it is nearer than this
-
-Vector2d left_of(const Vector2d& v) {
-    return {-v.y(), v.x()};
-}
-double cross(const Vector2d& a, const Vector2d& b) {
-    return a.x() * b.y() - a.y() * b.x();
-}
 
 }  // namespace
 

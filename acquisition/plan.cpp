@@ -13,13 +13,6 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr double unknown_machine_travel_mm_s = 50.0;
-constexpr double slowest_share = 0.1;  // of the largest scanning speed, however sharp the edge
-
-/// The speed follows the step: the step goes with the square root of the radius of curvature, so the centripetal
-/// acceleration stays the same all round.
-double speed_at(const BallPoint& point, const ScanSpec& scan, double largest) {
-    return largest * std::clamp(point.step_mm / scan.pitch_mm, slowest_share, 1.0);
-}
 
 core::Result<PlannedPath> plan_section(const PartFile& part, const NominalContour& cut, std::size_t index,
                                        double largest_speed) {
@@ -47,7 +40,7 @@ core::Result<PlannedPath> plan_section(const PartFile& part, const NominalContou
         drivers::PathPoint planned;
         planned.centre_mm = {point.centre_mm.x(), point.centre_mm.y(), cut.z_mm};
         planned.normal = {point.normal.x(), point.normal.y(), 0.0};
-        planned.speed_mm_s = speed_at(point, part.scan, largest_speed);
+        planned.speed_mm_s = scanning_speed_mm_s(point.step_mm, part.scan.pitch_mm, largest_speed);
         if (!path.points.empty()) {
             const double step = (planned.centre_mm - path.points.back().centre_mm).norm();
             path.length_mm += step;
@@ -102,6 +95,11 @@ core::Result<std::vector<NominalContour>> cut_at_heights(const PartFile& part, c
 }
 
 }  // namespace
+
+double scanning_speed_mm_s(double step_mm, double pitch_mm, double largest_mm_s) {
+    constexpr double slowest_share = 0.1;
+    return largest_mm_s * std::clamp(step_mm / pitch_mm, slowest_share, 1.0);
+}
 
 Vector3d above(const drivers::PathPoint& point, double distance_mm) {
     return point.centre_mm + distance_mm * point.normal;

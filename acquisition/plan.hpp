@@ -41,6 +41,10 @@ struct Plan {
     std::string hash;                ///< of everything above
 };
 
+/// The speed follows the step, which goes with the square root of the radius of curvature, so the centripetal
+/// acceleration stays the same all round: `largest_mm_s` at the pitch, a tenth of it at the sharpest edge.
+double scanning_speed_mm_s(double step_mm, double pitch_mm, double largest_mm_s);
+
 /// Errors: plan_invalid (a height outside the nominal), input_invalid (a cut that is no section).
 /// `capabilities` (nullptr: not known yet) bounds the speeds.
 core::Result<Plan> make_plan(const PartFile& part, const Nominal* nominal,

@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "acquisition/picometres.hpp"
+
 #include "acquisition/plan.hpp"
 
 namespace cmm::acquisition {
@@ -15,16 +17,11 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* schema_name = "cmmlive-plan";
 
-/// A picometre is exact enough, and makes the text of a plan that was read again the same text.
-double rounded(double value) {
-    return std::round(value * 1e9) / 1e9;
-}
-
 template <class Vector>
 Json numbers(const Vector& vector) {
     Json list = Json::array();
     for (const double value : vector)
-        list.push_back(rounded(value));
+        list.push_back(to_picometres(value));
     return list;
 }
 
@@ -40,9 +37,9 @@ Eigen::Matrix<double, N, 1> vector_from(const Json& list) {
 
 Json path_to_json(const PlannedPath& path) {
     Json json{{"section", path.section},
-              {"z_mm", rounded(path.z_mm)},
-              {"length_mm", rounded(path.length_mm)},
-              {"duration_s", rounded(path.duration_s)}};
+              {"z_mm", to_picometres(path.z_mm)},
+              {"length_mm", to_picometres(path.length_mm)},
+              {"duration_s", to_picometres(path.duration_s)}};
     if (path.start_mm) json["start_mm"] = numbers(*path.start_mm);
     if (path.toward_mm) json["toward_mm"] = numbers(*path.toward_mm);
     json["approach_route_mm"] = Json::array();
@@ -51,14 +48,14 @@ Json path_to_json(const PlannedPath& path) {
     json["unreached"] = Json::array();
     for (const auto& place : path.unreached) {
         json["unreached"].push_back(
-            {{"position_mm", numbers(place.position_mm)}, {"depth_mm", rounded(place.depth_mm)}});
+            {{"position_mm", numbers(place.position_mm)}, {"depth_mm", to_picometres(place.depth_mm)}});
     }
     json["points"] = Json::array();  // x y z nx ny nz speed record
     for (const auto& point : path.points) {
         Json row = numbers(point.centre_mm);
         for (const double n : point.normal)
-            row.push_back(rounded(n));
-        row.push_back(rounded(point.speed_mm_s));
+            row.push_back(to_picometres(n));
+        row.push_back(to_picometres(point.speed_mm_s));
         row.push_back(point.record ? 1 : 0);
         json["points"].push_back(std::move(row));
     }
@@ -90,14 +87,14 @@ Json clearance_to_json(const Clearance& clearance) {
     const auto& stylus = clearance.stylus;
     json["stylus"] = {
         {"radius_mm", stylus.radius_mm}, {"shank_radius_mm", stylus.shank_radius_mm}, {"length_mm", stylus.length_mm}};
-    if (!clearance.obstacles.empty()) json["top_mm"] = rounded(clearance.top_mm);
+    if (!clearance.obstacles.empty()) json["top_mm"] = to_picometres(clearance.top_mm);
     if (clearance.way_out) json["way_out"] = numbers(*clearance.way_out);
     json["obstacles"] = Json::array();
     for (const auto& obstacle : clearance.obstacles) {
         Json outline = Json::array();
         for (const auto& point : obstacle.outline)
             outline.push_back(numbers(point));
-        json["obstacles"].push_back({{"z_mm", rounded(obstacle.z_mm)}, {"outline_mm", std::move(outline)}});
+        json["obstacles"].push_back({{"z_mm", to_picometres(obstacle.z_mm)}, {"outline_mm", std::move(outline)}});
     }
     return json;
 }
@@ -122,12 +119,12 @@ Clearance clearance_from_json(const Json& json) {
 
 Json to_json_without_hash(const Plan& plan) {
     Json json{{"schema", schema_name}, {"schema_version", Plan::schema_version}, {"part", plan.part_name}};
-    json["approach_mm"] = rounded(plan.approach_mm);
-    json["search_mm"] = rounded(plan.search_mm);
-    json["travel_speed_mm_s"] = rounded(plan.travel_speed_mm_s);
-    json["approach_speed_mm_s"] = rounded(plan.approach_speed_mm_s);
-    json["length_mm"] = rounded(plan.length_mm);
-    json["duration_s"] = rounded(plan.duration_s);
+    json["approach_mm"] = to_picometres(plan.approach_mm);
+    json["search_mm"] = to_picometres(plan.search_mm);
+    json["travel_speed_mm_s"] = to_picometres(plan.travel_speed_mm_s);
+    json["approach_speed_mm_s"] = to_picometres(plan.approach_speed_mm_s);
+    json["length_mm"] = to_picometres(plan.length_mm);
+    json["duration_s"] = to_picometres(plan.duration_s);
     json["clearance"] = clearance_to_json(plan.clearance);
     json["paths"] = Json::array();
     for (const auto& path : plan.paths)

@@ -24,11 +24,11 @@ constexpr std::array terms{Term{"profile_le", "Profile LE"}, Term{"profile_sucti
                            Term{"le_radius", "LE radius"},   Term{"te_radius", "TE radius"},
                            Term{"chord", "Chord"},           Term{"max_thickness", "Max. thickness"}};
 
-constexpr int mm_digits = 4;
+constexpr int report_digits = 4;
 constexpr std::size_t listed_points = 200;
 
 std::string mm(double value) {
-    return core::fixed(value, mm_digits);
+    return core::fixed(value, report_digits);
 }
 
 std::string element(const std::string& tag, const std::string& content) {

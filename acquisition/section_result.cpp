@@ -11,14 +11,14 @@ namespace cmm::acquisition {
 namespace {
 
 constexpr int z_digits = 1;
-constexpr int mm_digits = 3;
+constexpr int worded_digits = 3;
 
 std::string where(const SectionResult& section) {
     return "section " + std::to_string(section.index) + " (z " + core::fixed(section.z_mm, z_digits) + ")";
 }
 
-std::string mm(double value) {
-    return core::fixed(value, mm_digits) + " mm";
+std::string worded_mm(double value) {
+    return core::fixed(value, worded_digits) + " mm";
 }
 
 bool needs_a_number(const Characteristic& c) {
@@ -27,9 +27,10 @@ bool needs_a_number(const Characteristic& c) {
 
 std::string cause(const Characteristic& c) {
     if (needs_a_number(c)) return " not evaluable: " + c.note;
-    const std::string limit =
-        c.decision == Decision::reject ? " > " + mm(*c.limit_mm) : " is too near to " + mm(*c.limit_mm) + " to decide";
-    return " " + mm(*c.value_mm) + " +- " + mm(c.u95_mm.value_or(0.0)) + limit;
+    const std::string limit = c.decision == Decision::reject
+                                  ? " > " + worded_mm(*c.limit_mm)
+                                  : " is too near to " + worded_mm(*c.limit_mm) + " to decide";
+    return " " + worded_mm(*c.value_mm) + " +- " + worded_mm(c.u95_mm.value_or(0.0)) + limit;
 }
 
 /// By what they exceed their limits; those without a number last.
@@ -54,7 +55,7 @@ std::string causes(std::vector<const Characteristic*> all) {
             names += ", " + c->name;
         } else {
             also += (also.empty() ? "; also " : ", ") + c->name + " " +
-                    (needs_a_number(*c) ? "(" + c->note + ")" : mm(*c->value_mm));
+                    (needs_a_number(*c) ? "(" + c->note + ")" : worded_mm(*c->value_mm));
         }
     }
     return names + cause(worst) + also;

@@ -6,7 +6,7 @@
 namespace cmm::acquisition {
 namespace {
 
-struct Row {
+struct Transition {
     SessionState state;
     SessionInput input;
     SessionState next;
@@ -18,44 +18,44 @@ using In = SessionInput;
 using Do = SessionAction;
 
 constexpr std::array table{
-    Row{idle, In::start, connecting, Do::connect},
-    Row{connecting, In::succeeded, recovering, Do::recover},
-    Row{recovering, In::succeeded, homing, Do::home},
-    Row{homing, In::succeeded, qualifying, Do::qualify},
-    Row{qualifying, In::succeeded, approaching, Do::approach},
-    Row{approaching, In::succeeded, scanning, Do::scan},
-    Row{approaching, In::no_path_left, flushing, Do::flush},
-    Row{scanning, In::succeeded, approaching, Do::approach},
+    Transition{idle, In::start, connecting, Do::connect},
+    Transition{connecting, In::succeeded, recovering, Do::recover},
+    Transition{recovering, In::succeeded, homing, Do::home},
+    Transition{homing, In::succeeded, qualifying, Do::qualify},
+    Transition{qualifying, In::succeeded, approaching, Do::approach},
+    Transition{approaching, In::succeeded, scanning, Do::scan},
+    Transition{approaching, In::no_path_left, flushing, Do::flush},
+    Transition{scanning, In::succeeded, approaching, Do::approach},
 
-    Row{recovering, In::held, holding, Do::wait},
-    Row{homing, In::held, holding, Do::wait},
-    Row{qualifying, In::held, holding, Do::wait},
-    Row{approaching, In::held, holding, Do::wait},
-    Row{scanning, In::held, holding, Do::wait},
-    Row{flushing, In::held, holding, Do::wait},
-    Row{holding, In::succeeded, recovering, Do::recover},
+    Transition{recovering, In::held, holding, Do::wait},
+    Transition{homing, In::held, holding, Do::wait},
+    Transition{qualifying, In::held, holding, Do::wait},
+    Transition{approaching, In::held, holding, Do::wait},
+    Transition{scanning, In::held, holding, Do::wait},
+    Transition{flushing, In::held, holding, Do::wait},
+    Transition{holding, In::succeeded, recovering, Do::recover},
 
-    Row{connecting, In::failed, stopping, Do::stop_machine},
-    Row{recovering, In::failed, stopping, Do::stop_machine},
-    Row{homing, In::failed, stopping, Do::stop_machine},
-    Row{qualifying, In::failed, stopping, Do::stop_machine},
-    Row{approaching, In::failed, stopping, Do::stop_machine},
-    Row{scanning, In::failed, stopping, Do::stop_machine},
-    Row{holding, In::failed, stopping, Do::stop_machine},
+    Transition{connecting, In::failed, stopping, Do::stop_machine},
+    Transition{recovering, In::failed, stopping, Do::stop_machine},
+    Transition{homing, In::failed, stopping, Do::stop_machine},
+    Transition{qualifying, In::failed, stopping, Do::stop_machine},
+    Transition{approaching, In::failed, stopping, Do::stop_machine},
+    Transition{scanning, In::failed, stopping, Do::stop_machine},
+    Transition{holding, In::failed, stopping, Do::stop_machine},
 
-    Row{idle, In::stop_requested, ended, Do::report},
-    Row{connecting, In::stop_requested, stopping, Do::stop_machine},
-    Row{recovering, In::stop_requested, stopping, Do::stop_machine},
-    Row{homing, In::stop_requested, stopping, Do::stop_machine},
-    Row{qualifying, In::stop_requested, stopping, Do::stop_machine},
-    Row{approaching, In::stop_requested, stopping, Do::stop_machine},
-    Row{scanning, In::stop_requested, stopping, Do::stop_machine},
-    Row{holding, In::stop_requested, stopping, Do::stop_machine},
+    Transition{idle, In::stop_requested, ended, Do::report},
+    Transition{connecting, In::stop_requested, stopping, Do::stop_machine},
+    Transition{recovering, In::stop_requested, stopping, Do::stop_machine},
+    Transition{homing, In::stop_requested, stopping, Do::stop_machine},
+    Transition{qualifying, In::stop_requested, stopping, Do::stop_machine},
+    Transition{approaching, In::stop_requested, stopping, Do::stop_machine},
+    Transition{scanning, In::stop_requested, stopping, Do::stop_machine},
+    Transition{holding, In::stop_requested, stopping, Do::stop_machine},
 
-    Row{stopping, In::succeeded, flushing, Do::flush},
-    Row{stopping, In::failed, flushing, Do::flush},
-    Row{flushing, In::succeeded, ended, Do::report},
-    Row{flushing, In::failed, ended, Do::report},
+    Transition{stopping, In::succeeded, flushing, Do::flush},
+    Transition{stopping, In::failed, flushing, Do::flush},
+    Transition{flushing, In::succeeded, ended, Do::report},
+    Transition{flushing, In::failed, ended, Do::report},
 };
 
 constexpr std::array<std::string_view, session_state_count> state_names{

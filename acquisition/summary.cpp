@@ -12,7 +12,7 @@ namespace {
 
 using Row = std::vector<std::string>;
 
-constexpr int mm_digits = 3;
+constexpr int table_digits = 3;
 
 /// The worse of two profile characteristics: by its share of the limit, or by its value where there is none.
 const Characteristic* worse(const SectionResult& section, const char* one, const char* other) {
@@ -24,13 +24,13 @@ const Characteristic* worse(const SectionResult& section, const char* one, const
 
 std::string value_cell(const Characteristic* c) {
     if (c == nullptr || !c->value_mm) return "-";
-    return core::fixed(*c->value_mm, mm_digits) + (c->decision == Decision::reject ? " !" : "");
+    return core::fixed(*c->value_mm, table_digits) + (c->decision == Decision::reject ? " !" : "");
 }
 
 std::string limit_of(const PartResult& part, const char* name) {
     for (const auto& section : part.sections) {
         const auto* c = section.find(name);
-        if (c != nullptr && c->limit_mm) return " <= " + core::fixed(*c->limit_mm, mm_digits);
+        if (c != nullptr && c->limit_mm) return " <= " + core::fixed(*c->limit_mm, table_digits);
     }
     return {};
 }

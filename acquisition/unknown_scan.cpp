@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "acquisition/plan.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -21,7 +22,6 @@ constexpr double lost_limit_mm = 2.0;
 // Where the surface is sought after points without contact: a spiral into the material, for an edge that was overrun,
 // and now and then outwards, for the far wall of a dent that blocks the way.
 constexpr std::array<double, 8> search_turns_rad{0.5, 1.0, -0.8, 1.5, -1.6, 2.0, -2.4, 2.5};
-constexpr double slowest_share = 0.1;
 
 }  // namespace
 
@@ -66,7 +66,7 @@ drivers::PathPoint UnknownScan::path_point(const Vector2d& centre, const Vector2
     drivers::PathPoint point;
     point.centre_mm = {centre.x(), centre.y(), z_};
     point.normal = {tangent.y(), -tangent.x(), 0.0};
-    point.speed_mm_s = options_.max_speed_mm_s * std::clamp(step / options_.pitch_mm, slowest_share, 1.0);
+    point.speed_mm_s = scanning_speed_mm_s(step, options_.pitch_mm, options_.max_speed_mm_s);
     return point;
 }
 

@@ -1,7 +1,9 @@
-# One interface target carries the flags of every target of ours; nothing is set globally.
+# One interface target carries the flags of every target of ours; nothing is set globally. In a group of sources
+# (CMMLIVE_UNITY) a name of one shadows nothing of another.
 add_library(cmm_options INTERFACE)
 target_compile_features(cmm_options INTERFACE cxx_std_20)
-target_compile_options(cmm_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
+target_compile_options(cmm_options INTERFACE -Wall -Wextra -Wpedantic
+    $<$<NOT:$<BOOL:$<TARGET_PROPERTY:UNITY_BUILD>>>:-Wshadow> -Wconversion -Wno-sign-conversion
     -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual -ffp-contract=off)
 # GCC 12 sees an overlap in "literal" + std::string (its bug 105651).
 target_compile_options(cmm_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)

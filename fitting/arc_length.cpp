@@ -10,7 +10,7 @@ namespace cmm::fitting {
 namespace {
 
 constexpr double agreement = 1e-13;  // of all spans together
-constexpr int most_halvings = 12;
+constexpr int most_bisections = 12;
 
 /// Integral of the speed of piece `p` over [from, from + h] (from its own start): Gauss-Legendre, eight points.
 double gauss(const PiecewiseCubic::Piece& p, double from, double h) {
@@ -31,7 +31,7 @@ double gauss(const PiecewiseCubic::Piece& p, double from, double h) {
 
 /// Halvings that a span needs for the agreement.
 int halvings(const PiecewiseCubic::Piece& p, double h, double tolerance) {
-    for (int depth = 0; depth < most_halvings; ++depth) {
+    for (int depth = 0; depth < most_bisections; ++depth) {
         const auto cells = static_cast<double>(1 << depth);
         double difference = 0.0;
         for (int i = 0; i < 1 << depth; ++i) {
@@ -40,7 +40,7 @@ int halvings(const PiecewiseCubic::Piece& p, double h, double tolerance) {
         }
         if (!(difference > tolerance)) return depth;
     }
-    return most_halvings;
+    return most_bisections;
 }
 
 double slowness(const Jet& jet) {

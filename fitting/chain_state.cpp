@@ -13,7 +13,7 @@ namespace {
 
 constexpr double texture_factor = 1.4;  // local over global scatter from which the local one counts
 constexpr double sharp_turn_rad = 0.6;  // from chord to chord; a steep run turns so where the cubic goes astray
-constexpr double apart_share = 0.35;    // of the gap: slopes over a shorter base would only amplify noise
+constexpr double base_share = 0.35;     // of the gap: slopes over a shorter base would only amplify noise
 constexpr double stride_sigmas = 15.0;  // a step shorter than this has no direction
 constexpr std::ptrdiff_t longest_stride = 16;
 constexpr std::ptrdiff_t half_a_block = 8;
@@ -53,7 +53,7 @@ bool ChainState::has_plain_neighbours(std::ptrdiff_t i) const {
     const bool good = state_[at - 2 * by] == PointState::good && state_[at - by] == PointState::good &&
                       state_[at + by] == PointState::good && state_[at + 2 * by] == PointState::good;
     const Vec2 &a = points_[at - 2 * by], &b = points_[at - by], &c = points_[at + by], &d = points_[at + 2 * by];
-    const double least = apart_share * apart_share * (c - b).squaredNorm();
+    const double least = base_share * base_share * (c - b).squaredNorm();
     return good && least > 0.0 && (b - a).squaredNorm() >= least && (d - c).squaredNorm() >= least;
 }
 
@@ -64,7 +64,7 @@ SplineResidual ChainState::test(std::ptrdiff_t i) {
     }
     const std::ptrdiff_t b = good_beyond(i, -step, 0.0), c = good_beyond(i, step, 0.0);
     if (b == none || c == none) return {};
-    const double apart = apart_share * (point(c) - point(b)).norm();
+    const double apart = base_share * (point(c) - point(b)).norm();
     const std::ptrdiff_t a = good_beyond(b, -step, apart), d = good_beyond(c, step, apart);
     if (a == none || d == none || (closed_ && d - a >= n_)) return {};
     return spline_residual(point(a), point(b), point(c), point(d), point(i));

@@ -16,7 +16,6 @@ namespace {
 
 using core::ErrorCode;
 
-constexpr double shortest_arc_rad = std::numbers::pi / 3.0;
 constexpr double last_step = 1e-6;  // of the radius: Newton's next one would be its square
 
 /// Grows from 0 to 4 with the polar angle of v, without a transcendental function.
@@ -51,7 +50,7 @@ double spanned_angle(std::span<const Vec2> points, const Vec2& centre) {
     return 2.0 * std::numbers::pi - gap;
 }
 
-using Lanes = Eigen::Array4d;
+using FourLanes = Eigen::Array4d;
 
 /// Sums over the points, in four lanes or in one: a template, so that both say the same.
 template <class Real>
@@ -100,11 +99,11 @@ struct NormalEquations {
     NormalEquations(std::span<const Vec2> points, const Eigen::Vector3d& circle) {
         const double cx = circle[0], cy = circle[1], radius = circle[2];
         const std::size_t n = points.size(), by_fours = n - n % 4;
-        Sums<Lanes> four(Lanes::Zero());
+        Sums<FourLanes> four(FourLanes::Zero());
         for (std::size_t i = 0; i < by_fours; i += 4) {
             const Vec2* p = &points[i];
-            four.add(Lanes(p[0].x(), p[1].x(), p[2].x(), p[3].x()) - cx,
-                     Lanes(p[0].y(), p[1].y(), p[2].y(), p[3].y()) - cy, radius);
+            four.add(FourLanes(p[0].x(), p[1].x(), p[2].x(), p[3].x()) - cx,
+                     FourLanes(p[0].y(), p[1].y(), p[2].y(), p[3].y()) - cy, radius);
         }
         Sums<double> one(0.0);
         for (std::size_t i = by_fours; i < n; ++i)

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <numbers>
 #include <span>
 
 #include "core/error.hpp"
@@ -9,6 +10,9 @@
 #include "fitting/vec2.hpp"
 
 namespace cmm::fitting {
+
+/// Of a shorter arc no radius is stated.
+inline constexpr double shortest_arc_rad = std::numbers::pi / 3.0;
 
 /// A circle through points and how well it is known.
 struct Circle {

@@ -12,7 +12,7 @@ namespace cmm::fitting {
 namespace {
 
 using Lanes = Eigen::Array<double, 8, 1>;
-constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double infinity = std::numeric_limits<double>::infinity();
 // Beyond this the squares overflow.
 constexpr double too_far = 1e150;
 // Fewer points than this are better served one by one.
@@ -22,16 +22,16 @@ constexpr int worth_a_block = 3;
 
 struct ClosestPointIndex::Block {
     const Eight& points;
-    Lanes x, y, squared = Lanes::Constant(infinite);
+    Lanes x, y, squared = Lanes::Constant(infinity);
     std::array<Best, 8> best;
-    double low_x, low_y, high_x, high_y, worst = infinite;  // the points' box, the largest of `squared`
+    double low_x, low_y, high_x, high_y, worst = infinity;  // the points' box, the largest of `squared`
 
     explicit Block(const Eight& asked) : points(asked) {
         for (int k = 0; k < 8; ++k) {
             x[k] = asked[static_cast<std::size_t>(k)].x();
             y[k] = asked[static_cast<std::size_t>(k)].y();
         }
-        best.fill({0, 0.0, infinite});
+        best.fill({0, 0.0, infinity});
         low_x = x.minCoeff(), low_y = y.minCoeff(), high_x = x.maxCoeff(), high_y = y.maxCoeff();
     }
     void update() {

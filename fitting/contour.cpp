@@ -20,7 +20,7 @@ namespace {
 
 using core::ErrorCode;
 
-constexpr double turn_share = 0.25;  // of the contour points that are spread by turning, the rest by length
+constexpr double spread_by_turning = 0.25;  // of the contour points that are spread by turning, the rest by length
 
 class ContourBuilder {
   public:
@@ -90,7 +90,7 @@ class ContourBuilder {
             turn[k + 1] = turn[k] + std::abs(turn_between(a.normal, b.normal));
         }
         for (std::size_t k = 0; k <= n; ++k)
-            measure[k] = (1.0 - turn_share) * length[k] / length[n] + turn_share * turn[k] / turn[n];
+            measure[k] = (1.0 - spread_by_turning) * length[k] / length[n] + spread_by_turning * turn[k] / turn[n];
         fit_.contour.resize(count);
         fit_.centre_curve.resize(count);
         const double offset_error = lean_error(options_.ball_radius_mm, options_.lean_rad).in_plane_mm;

@@ -15,10 +15,10 @@ namespace {
 
 constexpr std::size_t chord_points = 3;  // of the coarse search
 constexpr double coarse = 8.0;           // standard deviations of a direction
-constexpr std::size_t apart = 5;         // gaps whose chords do not cross the one examined
+constexpr std::size_t gaps_apart = 5;    // gaps whose chords do not cross the one examined
 constexpr std::size_t most_side = 12, least_side = 5;
 constexpr std::size_t most_bad = 2;        // of a side
-constexpr double sigma_floor_mm = 0.5e-3;  // what an arc leaves of a smooth flank
+constexpr double flank_floor_mm = 0.5e-3;  // what an arc leaves of a smooth flank
 constexpr double significant = 8.0;        // standard deviations of the angle
 constexpr double rounded = 1.0;            // standard deviations that a curve without corner rounds off: turn x gap / 8
 constexpr double sudden = 1.5;             // times what a flank turns in a gap
@@ -29,7 +29,7 @@ constexpr double clear_rad = 0.7;          // no polynomial follows such a turn
 
 /// y = a0 + a1 x + a2 x^2 + a2^3 x^4 over a side: a circle's arc to the fourth order, x in half lengths of the side
 /// from its middle, 1 at its nearest point to the corner.
-struct Branch {
+struct FlankBranch {
     std::array<Vec2, most_side> used;
     std::size_t count = 0;
     Vec2 origin = Vec2::Zero(), along = Vec2::UnitX();
@@ -95,10 +95,10 @@ struct Branch {
     }
 };
 
-class Search {
+class CornerSearch {
   public:
-    Search(std::span<const Vec2> points, double sigma)
-        : points_(points), n_(points.size()), sigma_(std::max(sigma, sigma_floor_mm)) {}
+    CornerSearch(std::span<const Vec2> points, double sigma)
+        : points_(points), n_(points.size()), sigma_(std::max(sigma, flank_floor_mm)) {}
 
     std::vector<CurveCorner> run() {
         const std::vector<char> candidate = gaps_that_turn();
@@ -136,7 +136,7 @@ class Search {
         }
         std::vector<char> candidate(n_, 0);
         for (std::size_t i = 0; i < n_; ++i) {
-            const double nearby = 0.5 * (curvature[(i + apart) % n_] + curvature[(i + n_ - apart) % n_]);
+            const double nearby = 0.5 * (curvature[(i + gaps_apart) % n_] + curvature[(i + n_ - gaps_apart) % n_]);
             const double length = curvature[i] != 0.0 ? turn[i] / curvature[i] : 0.0;
             candidate[i] = turn[i] - nearby * length > coarse * noise[i] ? 1 : 0;
         }
@@ -193,9 +193,9 @@ class Search {
     }
 
     /// The points from `nearest` on, away from the gap; as many as a parabola explains.
-    std::optional<Branch> side(std::size_t nearest, bool forwards) const {
+    std::optional<FlankBranch> side(std::size_t nearest, bool forwards) const {
         for (std::size_t count = most_side; count >= least_side; count -= 2) {
-            Branch branch;
+            FlankBranch branch;
             branch.count = count;
             for (std::size_t k = 0; k < count; ++k)
                 branch.used[k] = point(forwards ? nearest + k : nearest + n_ - k);
@@ -209,14 +209,14 @@ class Search {
         return {};
     }
 
-    bool explains(const Branch& branch) const {
+    bool explains(const FlankBranch& branch) const {
         constexpr double rare = 3.1;
         return branch.squares <= sigma_ * sigma_ * chi_square_limit(static_cast<double>(branch.count - 3), rare);
     }
 
     /// But neither the nearest (on a fillet it is no bad point) nor the farthest two (where those are off the side is
     /// too long).
-    static void leave_worst_out(Branch& branch) {
+    static void leave_worst_out(FlankBranch& branch) {
         std::size_t worst = 1;
         for (std::size_t i = 2; i + 2 < branch.count; ++i)
             if (branch.blame(i) > branch.blame(worst)) worst = i;
@@ -224,7 +224,7 @@ class Search {
     }
 
     /// By how much one quintic through the nearest `most` points of either side fits worse than the two branches.
-    double over_quintic(const CurveCorner& corner, const Branch& arriving, const Branch& leaving,
+    double over_quintic(const CurveCorner& corner, const FlankBranch& arriving, const FlankBranch& leaving,
                         std::size_t most) const {
         using Row = Eigen::Matrix<double, 6, 1>;
         const Vec2 along = (corner.arriving + corner.leaving).normalized();
@@ -237,7 +237,7 @@ class Search {
             return row;
         };
         const auto each = [&](const auto& take) {
-            for (const Branch* side : {&arriving, &leaving})
+            for (const FlankBranch* side : {&arriving, &leaving})
                 for (std::size_t i = 0; i < std::min(most, side->count); ++i) {
                     const Vec2 d = side->used[i] - corner.position;
                     take(d.dot(along) / scale, cross(along, d));
@@ -256,7 +256,7 @@ class Search {
             const double off = y - a.dot(row_at(x));
             squares += off * off / (1.0 + slope * slope);
         });
-        for (const Branch* side : {&arriving, &leaving})
+        for (const FlankBranch* side : {&arriving, &leaving})
             for (std::size_t i = 0; i < std::min(most, side->count); ++i)
                 squares -= side->off_squared(side->used[i]);
         return squares / (sigma_ * sigma_);
@@ -272,7 +272,7 @@ class Search {
 
 std::vector<CurveCorner> find_corners(std::span<const Vec2> points, double sigma_mm) {
     if (points.size() < 4 * most_side) return {};
-    return Search(points, sigma_mm).run();
+    return CornerSearch(points, sigma_mm).run();
 }
 
 }  // namespace cmm::fitting

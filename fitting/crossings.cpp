@@ -12,7 +12,7 @@ namespace {
 
 constexpr double rounding_mm = 1e-12;
 constexpr double least_mm = 3e-10;  // of what is halved: smaller loops do not count
-constexpr double same_place_mm = 1e-9;
+constexpr double same_crossing_mm = 1e-9;
 constexpr double half_turn_rad = std::numbers::pi - 1e-6;
 constexpr int most_halvings = 100;    // of both: below the spacing of numbers
 constexpr int most_visits = 100'000;  // only curves that run along themselves need more: those do not cross
@@ -58,9 +58,9 @@ bool is_simple_cusp(const Stretch& a, const Stretch& b) {
            a.turn + b.turn < half_turn_rad;
 }
 
-class Search {
+class CrossingSearch {
   public:
-    explicit Search(const ParallelCurve& curve) : curve_(curve), all_(curve.stretches()) {
+    explicit CrossingSearch(const ParallelCurve& curve) : curve_(curve), all_(curve.stretches()) {
         turned_.resize(all_.size() + 1, 0.0);
         run_.resize(all_.size(), 0);
         left_from_.resize(all_.size(), 0);
@@ -156,7 +156,7 @@ class Search {
     void add(double x, double y, const Vec2& position, bool swapped) {
         for (const Crossing& known : found_) {
             const bool neighbours = near(known.first, first_) && near(known.second, second_);
-            if (neighbours && (known.position - position).norm() < same_place_mm) return;
+            if (neighbours && (known.position - position).norm() < same_crossing_mm) return;
         }
         if (swapped) std::swap(x, y);
         found_.push_back({first_, second_, x, y, position});
@@ -180,7 +180,7 @@ class Search {
 }  // namespace
 
 std::vector<Crossing> find_crossings(const ParallelCurve& curve) {
-    return Search(curve).run();
+    return CrossingSearch(curve).run();
 }
 
 }  // namespace cmm::fitting

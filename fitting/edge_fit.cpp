@@ -22,7 +22,6 @@ constexpr double roughly_circular = 0.05;     // rms over radius above which a r
 constexpr double circular_mm = 0.5e-3;        // deviation from a circle that needs no noise to excuse it
 constexpr double strong_evidence = 6.0;  // Kass and Raftery 1995: what replaces the free form must be surer than a name
 constexpr double least_noise_mm = 1e-4;  // below it the free form is as near to the points as any model
-constexpr double shortest_arc_rad = std::numbers::pi / 3.0;
 
 double u95(const ModelTrial& trial, const Eigen::VectorXd& slopes) {
     return coverage_95(trial.noise.freedom) * std::sqrt(std::max(0.0, slopes.dot(trial.covariance * slopes)));

@@ -57,8 +57,7 @@ class Chooser {
         fitter_.forget_normals();
         const auto ellipse = fitter_.fit(EllipseShape(values), window_);
         const double roundness = ellipse.shape.values()[4];
-        const double variance =
-            std::pow(fitter_.edge().noise.sigma_mm, 2) * ellipse.normal.ldlt().solve(EllipseShape::Values::Unit(4))[4];
+        const double variance = std::pow(fitter_.edge().noise.sigma_mm, 2) * inverse_of_small(ellipse.normal)(4, 4);
         const double significance = roundness * std::abs(roundness) / std::max(variance, 1e-300);
         if (!request_ && !ellipse.hopeless && significance < surely_round)
             if (try_shape(std::optional(ParabolaShape(ellipse.shape.values().head<4>())))) return true;
@@ -100,7 +99,7 @@ class Chooser {
         trial.gain = fitter_.gain(fitted.squares, Shape::size, window);
         trial.noise = combined_noise(fitted.squares, freedom, fitter_.edge().noise);
         using Matrix = typename OrthogonalFit<Shape>::Matrix;
-        trial.covariance = std::pow(trial.noise.sigma_mm, 2) * fitted.normal.ldlt().solve(Matrix::Identity());
+        trial.covariance = std::pow(trial.noise.sigma_mm, 2) * Matrix(inverse_of_small(fitted.normal));
         const auto same = std::find_if(choice_.trials.begin(), choice_.trials.end(),
                                        [](const ModelTrial& t) { return t.model == Shape::model; });
         if (same == choice_.trials.end())

@@ -14,7 +14,7 @@ namespace {
 using core::ErrorCode;
 
 constexpr std::size_t most_moves_each = 50;
-constexpr double least_gain = 1e-3;  // of the jumps around a knot: less is not worth a move
+constexpr double least_fall = 1e-3;  // of the jumps around a knot: less is not worth a move
 
 /// Control i weighs the basis function over the knots i ... i + 4, and belongs to the knot i + 2.
 class Fairer {
@@ -101,7 +101,7 @@ class Fairer {
         place = origin + off;
         for (Index i = k - 2; i <= k + 2; ++i)
             new_sum += jump(i);
-        if (!(new_sum < (1.0 - least_gain) * old_sum)) {
+        if (!(new_sum < (1.0 - least_fall) * old_sum)) {
             place = before;
             return false;
         }

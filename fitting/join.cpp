@@ -15,7 +15,7 @@ constexpr std::size_t searched_points = 10;  // for the joint, beyond the last o
 constexpr std::size_t points_inside = 6;     // of the model, before its last one
 constexpr double inside_handicap = 12.0;     // chi-square: the free form always rounds a joint somewhat
 constexpr double swing_share = 0.5;          // of the step of the curvature at the joint
-constexpr double sigma_floor_mm = 1e-4;      // what a bridge may be off by itself
+constexpr double bridge_floor_mm = 1e-4;     // what a bridge may be off by itself
 constexpr double least_search_step = 0.05;   // in points
 // Dense at the joint, where the curvature jumps.
 constexpr std::array bridge_shares{0.003, 0.01, 0.025, 0.05, 0.1, 0.2, 0.35, 0.55, 0.75};
@@ -51,7 +51,7 @@ class BridgeBuilder {
                   const ModelTrial& trial, bool after)
         : curve_(curve),
           after_(after),
-          variance_(std::pow(std::max(edge.noise.sigma_mm, sigma_floor_mm), 2)),
+          variance_(std::pow(std::max(edge.noise.sigma_mm, bridge_floor_mm), 2)),
           price_(std::log(static_cast<double>(edge.points.size()))) {
         const std::size_t n = edge.points.size(), inside = std::min(points_inside, trial.end - trial.begin);
         const std::size_t begin = after ? trial.end - inside : n - trial.begin - inside;

@@ -7,8 +7,8 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double grading = 0.25;              // growth of the spacing a millimetre of curve
-constexpr double longest_share = 1.0 / 60.0;  // of the period
+constexpr double grading = 0.25;             // growth of the spacing a millimetre of curve
+constexpr double widest_share = 1.0 / 60.0;  // of the period
 constexpr std::size_t least_spans = 24;
 constexpr std::size_t reach = 4;  // anchors to either side that show the turn
 
@@ -22,7 +22,7 @@ std::vector<double> graded_knots(std::span<const Vec2> anchors, std::span<const 
     for (std::size_t i = 0; i < n; ++i) {
         const Vec2 in = anchors[i] - anchors[(i + n - w) % n], out = anchors[(i + w) % n] - anchors[i];
         const double curvature = std::abs(turn_angle(in, out)) / (0.5 * (in.norm() + out.norm()));
-        spacing[i] = std::min(turn_rad / std::max(curvature, 1e-12), longest_share * period);
+        spacing[i] = std::min(turn_rad / std::max(curvature, 1e-12), widest_share * period);
     }
     for (std::size_t i = 0; i < 2 * n; ++i)
         spacing[(i + 1) % n] = std::min(spacing[(i + 1) % n], spacing[i % n] + grading * step(i % n));

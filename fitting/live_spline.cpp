@@ -8,7 +8,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double same_place_mm = 1e-7;
+constexpr double no_way_mm = 1e-7;
 constexpr double farthest_mm = 1e6;          // no machine is that large
 constexpr double anchor_sigmas = 8.0;        // length of the chord from which a curve begins
 constexpr std::uint32_t least_counting = 3;  // samples
@@ -81,7 +81,7 @@ const Vec2* LiveSpline::anchor_of(std::size_t index) const {
         const Slot& other = slot(index - back);
         if (!other.usable) continue;
         const double distance = (other.centre - now.centre).norm();
-        if (distance <= same_place_mm) {
+        if (distance <= no_way_mm) {
             if (found == nullptr) return nullptr;
             continue;
         }

@@ -6,13 +6,13 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double sigma_floor_mm = 1e-5;  // noise-free points are not known to better than the solvers' rounding
+constexpr double rounding_floor_mm = 1e-5;  // noise-free points are not known to better than the solvers' rounding
 
 }  // namespace
 
 ModelFitter::ModelFitter(const EdgePoints& edge)
     : edge_(edge),
-      sigma_(std::max(edge.noise.sigma_mm, sigma_floor_mm)),
+      sigma_(std::max(edge.noise.sigma_mm, rounding_floor_mm)),
       price_(std::log(static_cast<double>(std::max<std::size_t>(edge.points.size(), 2)))),
       normals_(edge.points.size()),
       residuals_(edge.points.size(), 0.0) {
@@ -60,7 +60,7 @@ bool ModelFitter::follow_each_other(const EdgeWindow& w) const {
         if (i > w.begin) products += residuals_[i - 1] * residuals_[i];
     }
     const double n = static_cast<double>(w.count());
-    return products > 3.0 * squares / std::sqrt(n) && squares > n * sigma_floor_mm * sigma_floor_mm;
+    return products > 3.0 * squares / std::sqrt(n) && squares > n * rounding_floor_mm * rounding_floor_mm;
 }
 
 }  // namespace cmm::fitting

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <cmath>
 #include <optional>
 #include <vector>
 
 #include "fitting/edge_model.hpp"
 #include "fitting/orthogonal_fit.hpp"
+#include "fitting/small_system.hpp"
 
 namespace cmm::fitting {
 
@@ -89,7 +90,7 @@ class ModelFitter {
     std::size_t reach(const OrthogonalFit<Shape>& fitted, std::ptrdiff_t from, int direction) const {
         constexpr double patience = 8.0;
         using Matrix = typename OrthogonalFit<Shape>::Matrix;
-        Matrix inverse = fitted.normal.ldlt().solve(Matrix::Identity());
+        Matrix inverse = inverse_of_small(fitted.normal);
         typename Shape::Values change = Shape::Values::Zero();
         const auto n = static_cast<std::ptrdiff_t>(centres_.size());
         double sum = 0.0, best = 0.0;
@@ -116,10 +117,9 @@ class ModelFitter {
     template <class Shape>
     bool structured(const OrthogonalFit<Shape>& fitted, const EdgeWindow& w) const {
         constexpr int more = 6;
-        Eigen::Matrix<double, Shape::size + more, Shape::size + more> normal;
-        Eigen::Matrix<double, Shape::size + more, 1> rhs, row;
-        normal.setZero();
-        rhs.setZero();
+        static_assert(Shape::size + more <= most_unknowns);
+        SmallMatrix normal = SmallMatrix::Zero(Shape::size + more, Shape::size + more);
+        SmallVector rhs = SmallVector::Zero(Shape::size + more), row = rhs;
         const Vec2& nose = edge_.points[edge_.nose].normal;
         for (std::size_t i = w.begin; i < w.end; ++i) {
             row.template head<Shape::size>() = fitted.shape.foot(centres_[i], normals_[i]).slopes;
@@ -134,7 +134,7 @@ class ModelFitter {
             rhs += residuals_[i] * row;
         }
         normal.diagonal() *= 1.0 + 1e-9;  // harmonics that the shape has already
-        const double explained = rhs.dot(normal.template selfadjointView<Eigen::Lower>().ldlt().solve(rhs));
+        const double explained = rhs.dot(solve_small(normal, rhs));
         return explained > chi_square_limit(more, 3.09) * sigma_ * sigma_;
     }
 

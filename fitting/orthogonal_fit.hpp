@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <span>
 
 #include "fitting/edge_shapes.hpp"
+#include "fitting/small_system.hpp"
 #include "fitting/vec2.hpp"
 
 namespace cmm::fitting {
@@ -97,7 +98,7 @@ OrthogonalFit<Shape> fit_orthogonal(const OrthogonalData& data, const Shape& sta
         auto damped = now.matrix;
         damped.diagonal() *= 1.0 + damping;
         damped.diagonal().array() += 1e-12 * now.matrix.diagonal().maxCoeff();
-        const typename Shape::Values step = damped.ldlt().solve(now.rhs);
+        const typename Shape::Values step = solve_small(damped, now.rhs);
         const bool small = step.cwiseAbs().maxCoeff() <= last_step;
         if (const Shape next(fit.shape.values() + step); next.valid()) {
             const OrthogonalSums<Shape> then(next, data);
@@ -118,7 +119,7 @@ OrthogonalFit<Shape> fit_orthogonal(const OrthogonalData& data, const Shape& sta
     if (!current) now = OrthogonalSums<Shape>(fit.shape, data);
     // At the minimum the sums differ by rounding only and cannot judge a step any more: the last steps are not asked.
     for (int round = 0; round < last_rounds && fit.converged && !fit.hopeless; ++round) {
-        const typename Shape::Values step = now.matrix.ldlt().solve(now.rhs);
+        const typename Shape::Values step = solve_small(now.matrix, now.rhs);
         const Shape next(fit.shape.values() + step);
         if (!next.valid() || !(step.cwiseAbs().maxCoeff() < longest_last_step)) break;
         fit.shape = next;

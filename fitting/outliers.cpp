@@ -14,8 +14,8 @@ namespace {
 constexpr double witness_sd = 8.0;       // in sigmas: of a prediction that frees a point at the first hearing
 constexpr std::ptrdiff_t reach = 2;      // neighbours a side in the test: so far a suspect may accuse
 constexpr std::ptrdiff_t merge_gap = 3;  // accused stretches nearer than this are one
-constexpr std::size_t least_points = 7;
-constexpr int most_rounds = 3;
+constexpr std::size_t fewest_points = 7;
+constexpr int most_accusations = 3;
 
 class Finder {
   public:
@@ -30,7 +30,7 @@ class Finder {
             chain_.estimate_scatter();
         }
         // What is found makes the scatter smaller, and more stands out.
-        for (int round = 0; round < most_rounds && accuse(); ++round) {
+        for (int round = 0; round < most_accusations && accuse(); ++round) {
             for (const auto& [low, high] : stretches_)
                 if (!convict(low, high)) hear(low, high);
             for (const auto& [low, high] : stretches_)
@@ -159,7 +159,7 @@ class Finder {
 }  // namespace
 
 BadPoints find_bad_points(std::span<const Vec2> points, bool closed, double floor_mm) {
-    if (points.size() >= least_points) return Finder(points, closed, floor_mm).run();
+    if (points.size() >= fewest_points) return Finder(points, closed, floor_mm).run();
     BadPoints all;
     all.bad.assign(points.size(), 0);
     all.corner.assign(points.size(), 0);

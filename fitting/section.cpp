@@ -22,7 +22,7 @@ using core::ErrorCode;
 constexpr double reject_share = 1.5;  // of the threshold: the curve may be off where the sampling is sparse
 constexpr double restore_sigmas =
     3.0;  // of the noise: so near to the curve a point that its neighbours accused is good
-constexpr double same_place_mm = 1e-6;
+constexpr double same_centre_mm = 1e-6;
 constexpr double clear_share = 1.5;  // of the threshold: above it the good neighbours' word stands
 constexpr int most_rounds = 3;       // of fit, reject, restore
 constexpr double most_bad_share = 0.2;
@@ -64,7 +64,7 @@ class SectionFitter {
         std::vector<std::size_t> beside;
         const Vec2* before = nullptr;
         for (std::size_t i = 0; i < centres_.size(); ++i) {
-            if (duplicate[i] && before && (centres_[i] - *before).norm() > same_place_mm) {
+            if (duplicate[i] && before && (centres_[i] - *before).norm() > same_centre_mm) {
                 beside.push_back(i);
             } else if (duplicate[i]) {
                 fit_.verdicts[i].reason = RejectReason::duplicate;

@@ -11,10 +11,6 @@ using enum FaultKind;
 
 constexpr core::Duration forever = core::Duration::max();
 
-core::Duration duration_of(double seconds) {
-    return std::chrono::duration_cast<core::Duration>(std::chrono::duration<double>(seconds));
-}
-
 /// What the controller calls it; ok: it notices nothing.
 ResultCode reason_of(FaultKind kind) {
     switch (kind) {
@@ -88,7 +84,7 @@ void FaultPlay::strike(Entry& entry) {
     if (entry.fault.again) draw(entry, count(entry.fault.when.count));
     entry.under_way = entry.fault.for_s > 0.0;
     const core::Duration now = clock_.now();
-    entry.ends = entry.under_way ? now + duration_of(entry.fault.for_s) : forever;
+    entry.ends = entry.under_way ? now + core::from_ms(1e3 * entry.fault.for_s) : forever;
     watching_ = moving();
     struck_ = now;
     struck_machine_s_ = controller_.machine_time_s();
@@ -113,7 +109,7 @@ void FaultPlay::break_machine(const Fault& fault) {
     if (const ResultCode reason = reason_of(fault.kind); reason != ResultCode::ok) {
         return controller_.break_down(reason);
     }
-    const core::Duration ends = fault.for_s > 0.0 ? clock_.now() + duration_of(fault.for_s) : forever;
+    const core::Duration ends = fault.for_s > 0.0 ? clock_.now() + core::from_ms(1e3 * fault.for_s) : forever;
     switch (fault.kind) {
         case clock_jump:
             return controller_.jump_clock(fault.amount);

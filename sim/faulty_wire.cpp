@@ -13,10 +13,6 @@ namespace {
 
 using enum FaultKind;
 
-core::Duration duration_of(double ms) {
-    return std::chrono::duration_cast<core::Duration>(std::chrono::duration<double, std::milli>(ms));
-}
-
 }  // namespace
 
 FaultyWire::FaultyWire(Kind kind, std::unique_ptr<WireProtocol> behind, FaultPlay& play)
@@ -97,7 +93,7 @@ WireProtocol::Progress FaultyWire::meet(const Fault& fault, Bytes reply, std::si
             forgotten_ = !serial();
             break;
         case closed:
-            return {used, false, duration_of(1e3 * fault.for_s)};
+            return {used, false, core::from_ms(1e3 * fault.for_s)};
         default:
             send(std::move(reply));
             break;
@@ -126,7 +122,7 @@ void FaultyWire::send_with_kept(Bytes reply) {
 
 /// What is sent later goes behind it: a wire does not overtake itself.
 void FaultyWire::send(Bytes bytes, double after_ms) {
-    auto due = play_.now() + duration_of(after_ms);
+    auto due = play_.now() + core::from_ms(after_ms);
     if (!under_way_.empty()) due = std::max(due, under_way_.back().due);
     play_.spoil(bytes);
     under_way_.push_back({due, std::move(bytes)});

@@ -6,8 +6,8 @@
 namespace cmm::sim {
 namespace {
 
-constexpr double touching_mm = 1e-6;    // closer than this is contact
-constexpr double least_step_mm = 0.01;  // where the line runs almost along the surface
+constexpr double touching_mm = 1e-6;   // closer than this is contact
+constexpr double least_way_mm = 0.01;  // where the line runs almost along the surface
 constexpr double near_mm = 2e-3;  // a ball this near has not left the part yet; going this much deeper is a collision
 
 /// The straight way of a ball, as the gap between ball and part.
@@ -25,7 +25,7 @@ class Way {
     std::optional<double> touch_after(double clear, double gap_there) {
         for (double here = clear;;) {
             if (here >= length_) return std::nullopt;
-            here = std::min(length_, here + std::max(gap_there, least_step_mm));
+            here = std::min(length_, here + std::max(gap_there, least_way_mm));
             gap_there = gap(here);
             if (gap_there <= touching_mm) return closing_between(clear, here);
             clear = here;
@@ -59,7 +59,7 @@ std::optional<double> first_contact(const Surface& surface, const Eigen::Vector3
     double here = 0.0;
     while (gap <= near_mm) {  // starts in contact: let it leave or slide, but not go deeper
         if (here >= way.length()) return std::nullopt;
-        const double next = std::min(way.length(), here + least_step_mm);
+        const double next = std::min(way.length(), here + least_way_mm);
         gap = way.gap(next);
         if (gap < deepest) return here;
         here = next;

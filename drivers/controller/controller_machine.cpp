@@ -11,6 +11,7 @@
 #include "core/units.hpp"
 #include "drivers/controller/session.hpp"
 #include "drivers/occupied.hpp"
+#include "drivers/refusal.hpp"
 
 namespace cmm::drivers::controller {
 namespace {
@@ -18,7 +19,6 @@ namespace {
 namespace asio = boost::asio;
 using Args = std::array<std::int32_t, 8>;
 
-constexpr std::uint16_t command_running = 1;
 constexpr std::uint32_t points_before_scan = 256;  // a quarter of a second at 1 kHz: the link may hiccup at the start
 constexpr double first_points_patience_ms = 1000.0;
 constexpr double shortest_pause_ms =
@@ -27,10 +27,6 @@ constexpr double shortest_pause_ms =
 bool on_path(const FifoBlock& block) {
     return block.state == static_cast<std::uint16_t>(MachineState::scanning) ||
            block.state == static_cast<std::uint16_t>(MachineState::starved);
-}
-
-core::Status refuse(std::string why) {
-    return core::fail(core::ErrorCode::machine_refused, std::move(why), core::Motion::stopped);
 }
 
 }  // namespace

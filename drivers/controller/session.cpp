@@ -14,7 +14,6 @@ namespace {
 namespace asio = boost::asio;
 using Fate = Round::Fate;
 
-constexpr std::uint16_t command_running = 1;
 constexpr std::uint16_t command_failed = 3;
 constexpr std::uint16_t result_refused = 4;
 constexpr double claim_again_ms = 50.0;

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <boost/asio/awaitable.hpp>
+#include <cstdint>
 #include <memory>
 #include <optional>
 
@@ -12,6 +14,9 @@
 #include "drivers/registry.hpp"
 
 namespace cmm::drivers::controller {
+
+/// StatusBlock::command_state of a command under way.
+inline constexpr std::uint16_t command_running = 1;
 
 /// The protocol's conversations with one controller: ownership, commands and their fate, samples and their
 /// acknowledgement. What a motion consists of is the machine's business. Used on one executor, by one operation at a

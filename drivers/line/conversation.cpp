@@ -2,12 +2,13 @@
 #include "drivers/line/conversation.hpp"
 
 #include <algorithm>
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <chrono>
 #include <utility>
+
+#include "drivers/as_result.hpp"
 
 namespace cmm::drivers::line {
 namespace {
@@ -15,7 +16,6 @@ namespace {
 namespace asio = boost::asio;
 using Steady = std::chrono::steady_clock;
 
-constexpr auto as_result = asio::as_tuple(asio::use_awaitable);
 constexpr int attempts_per_link = 4;  // then the port is opened anew
 constexpr int stop_attempts = 4;
 constexpr double stop_reply_ms = 100.0;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/executor_work_guard.hpp>
@@ -16,6 +15,7 @@
 #include <utility>
 
 #include "core/rng.hpp"
+#include "drivers/as_result.hpp"
 #include "drivers/controller/controller_machine.hpp"
 #include "drivers/line/conversation.hpp"
 #include "drivers/line/line_messages.hpp"
@@ -27,7 +27,6 @@ namespace asio = boost::asio;
 using controller::Round;
 using Steady = std::chrono::steady_clock;
 
-constexpr auto as_result = asio::as_tuple(asio::use_awaitable);
 constexpr double first_backoff_ms = 2.0;
 constexpr double longest_backoff_ms = 100.0;
 // A stop waits for the text being written: neither it nor a reply may keep the line for longer.

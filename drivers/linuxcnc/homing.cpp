@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "drivers/refusal.hpp"
+
 namespace cmm::drivers::linuxcnc {
 namespace {
 
@@ -15,13 +17,9 @@ using core::Motion;
 using core::Status;
 using Eigen::Vector3d;
 
-constexpr double look_every_ms = 50.0;
+constexpr double look_for_homing_every_ms = 50.0;
 constexpr double settled_ms = 500.0;  // flags of an earlier homing stay set until a joint's turn comes
-constexpr double still_mm = 0.02;
-
-Status refuse(std::string why) {
-    return core::fail(ErrorCode::machine_refused, std::move(why), Motion::stopped);
-}
+constexpr double not_homing_mm = 0.02;
 
 asio::awaitable<Status> wait_for_homing(RshSession& session, Motions& motions, double patience_s) {
     Vector3d last_mm = Vector3d::Constant(std::numeric_limits<double>::max());
@@ -36,7 +34,7 @@ asio::awaitable<Status> wait_for_homing(RshSession& session, Motions& motions, d
         const auto homed = co_await session.homed();
         if (!homed) co_return tl::unexpected(homed.error());
         const double now_ms = session.now_ms();
-        if (!((*position - last_mm).norm() <= still_mm)) {
+        if (!((*position - last_mm).norm() <= not_homing_mm)) {
             last_mm = *position;
             moved_ms = now_ms;
         }
@@ -51,7 +49,7 @@ asio::awaitable<Status> wait_for_homing(RshSession& session, Motions& motions, d
             error = co_await motions.abandon(std::move(error));
             co_return tl::unexpected(std::move(error));
         }
-        co_await session.pause(look_every_ms);
+        co_await session.pause(look_for_homing_every_ms);
     }
 }
 

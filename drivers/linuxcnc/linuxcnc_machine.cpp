@@ -16,6 +16,7 @@
 #include "drivers/linuxcnc/motions.hpp"
 #include "drivers/linuxcnc/rsh_session.hpp"
 #include "drivers/occupied.hpp"
+#include "drivers/refusal.hpp"
 
 namespace cmm::drivers::linuxcnc {
 namespace {
@@ -31,10 +32,6 @@ constexpr double off_line_mm = 0.1;  // contact beside the line of approach: the
 constexpr double back_off_mm = 2.0;  // at a time, after a collision
 constexpr double back_off_speed_mm_s = 5.0;
 constexpr std::string_view touch_parameters = "#<_cmmlive> #5070 #5061 #5062 #5063";
-
-Status refuse(std::string why) {
-    return core::fail(ErrorCode::machine_refused, std::move(why), Motion::stopped);
-}
 
 std::string words_of(const Vector3d& point_mm) {
     return "X" + core::fixed(point_mm.x(), 6) + " Y" + core::fixed(point_mm.y(), 6) + " Z" +

@@ -19,7 +19,6 @@ using core::Motion;
 using core::Result;
 using core::Status;
 
-constexpr double look_every_ms = 10.0;
 constexpr double stop_patience_ms = 5000.0;  // a machine brakes within a second; afterwards nothing is known
 constexpr double still_after_ms = 30.0;
 constexpr double still_mm = 0.002;            // an encoder trembles by a count or two

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/linuxcnc/rsh_link.hpp"
 
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/connect.hpp>
@@ -13,6 +12,7 @@
 
 #include "core/clock.hpp"
 #include "core/text.hpp"
+#include "drivers/as_result.hpp"
 
 namespace cmm::drivers::linuxcnc {
 namespace {
@@ -24,7 +24,6 @@ using core::Result;
 using core::Status;
 using SystemError = boost::system::error_code;
 
-constexpr auto as_result = asio::as_tuple(asio::use_awaitable);
 /// Outlives the coroutine that connects.
 struct Attempt {
     bool late = false, over = false;

@@ -2,12 +2,12 @@
 #include "drivers/linuxcnc/rsh_session.hpp"
 
 #include <algorithm>
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <utility>
 
 #include "core/text.hpp"
+#include "drivers/as_result.hpp"
 
 namespace cmm::drivers::linuxcnc {
 namespace {
@@ -18,7 +18,6 @@ using core::Motion;
 using core::Result;
 using core::Status;
 
-constexpr double look_every_ms = 10.0;
 constexpr double first_backoff_ms = 20.0;
 constexpr double longest_backoff_ms = 250.0;
 // linuxcncrsh looks only every 100 ms whether a command has arrived, and an emergency stop takes two such turns.
@@ -50,7 +49,7 @@ double RshSession::now_ms() const noexcept {
 asio::awaitable<void> RshSession::pause(double ms) {
     asio::steady_timer timer(executor_);
     timer.expires_after(core::from_ms(ms));
-    co_await timer.async_wait(asio::as_tuple(asio::use_awaitable));
+    co_await timer.async_wait(as_result);
 }
 
 asio::awaitable<Status> RshSession::connect() {

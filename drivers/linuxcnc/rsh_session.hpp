@@ -13,6 +13,9 @@
 
 namespace cmm::drivers::linuxcnc {
 
+/// Between two looks at what is waited for.
+inline constexpr double look_every_ms = 10.0;
+
 /// The controller at one moment.
 struct Look {
     bool estop = false, machine_on = false, idle = false;

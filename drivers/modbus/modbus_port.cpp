@@ -4,11 +4,11 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <boost/asio/as_tuple.hpp>
 #include <boost/asio/buffer.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <utility>
 
+#include "drivers/as_result.hpp"
 #include "drivers/modbus/make_link.hpp"
 
 namespace cmm::drivers::modbus {
@@ -17,7 +17,6 @@ namespace {
 namespace asio = boost::asio;
 using Outcome = Transaction::Outcome;
 
-constexpr auto as_result = asio::as_tuple(asio::use_awaitable);
 constexpr double first_backoff_ms = 2.0;
 constexpr double longest_backoff_ms = 100.0;
 constexpr int first_questions = 3;  // who is there; one may get lost like any other

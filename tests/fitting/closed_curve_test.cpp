@@ -11,7 +11,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 std::vector<Vec2> ellipse(std::size_t n, double a, double b) {
     std::vector<Vec2> points;

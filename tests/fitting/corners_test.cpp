@@ -14,7 +14,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// Ball centres about the union of two discs: two arcs that meet in two concave corners, all known in closed form.
 struct TwoDiscs {

@@ -11,7 +11,8 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double pi = std::numbers::pi, ball = 1.0;
+using std::numbers::pi;
+constexpr double ball = 1.0;
 
 void add(EdgePoints& edge, const Vec2& position, double direction) {
     const Vec2 normal(std::cos(direction), std::sin(direction));

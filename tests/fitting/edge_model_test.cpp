@@ -13,7 +13,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// Position and outward normal of a part's edge and sides by the share -1 ... 1 of the edge, beyond it of the sides,
 /// from formulas of its own. The nose looks along +x.

@@ -153,8 +153,7 @@ void check_fit(const Shape& truth, double nose) {
         const typename Shape::Values error = fit.shape.values() - truth.values();
         scatter += error * error.transpose() / runs;
     }
-    const typename OrthogonalFit<Shape>::Matrix predicted =
-        1e-6 * exact.normal.ldlt().solve(OrthogonalFit<Shape>::Matrix::Identity());
+    const typename OrthogonalFit<Shape>::Matrix predicted = 1e-6 * inverse_of_small(exact.normal);
     for (int k = 0; k < Shape::size; ++k)
         EXPECT_NEAR(std::sqrt(scatter(k, k)), std::sqrt(predicted(k, k)), 0.08 * std::sqrt(predicted(k, k))) << k;
 }

@@ -12,7 +12,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// An ellipse of 30 x 6 mm half axes through points that are off by `noise`, one of them by `bump` more.
 PiecewiseCubic wavy(double noise, double bump, std::uint64_t seed, std::size_t n = 120) {

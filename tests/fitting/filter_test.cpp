@@ -13,7 +13,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr FilterKind all_kinds[] = {FilterKind::gaussian, FilterKind::spline, FilterKind::robust_gaussian};
 
 /// Places of a profile of 40 mm, on average 0.04 mm apart, steps between a half and one and a half of that.

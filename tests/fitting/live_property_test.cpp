@@ -11,7 +11,7 @@
 namespace cmm::fitting {
 namespace {
 
-const int seeded = same_cases(1000);
+const int live_seeded = same_cases(1000);
 
 /// Part of an ellipse with noise and bad points, counter-clockwise.
 std::vector<Vec2> any_scan() {

@@ -12,7 +12,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 TEST(LiveSpline, KnowsTheFrameAndCurvatureOfACircleEitherWay) {
     for (const double sense : {1.0, -1.0}) {

@@ -13,8 +13,8 @@
 namespace cmm::fitting {
 namespace {
 
+using std::numbers::pi;
 using truth::ellipse, truth::through, truth::polygon, truth::Distance;
-constexpr double pi = std::numbers::pi;
 
 double signed_area(const std::vector<OffsetPoint>& points) {
     double twice = 0.0;

@@ -8,7 +8,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 std::vector<Vec2> circle(std::size_t n, double radius) {
     std::vector<Vec2> points;

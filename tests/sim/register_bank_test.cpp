@@ -12,22 +12,22 @@ namespace cmm::sim::test {
 namespace {
 
 using Exception = ModbusException;
-using Registers = std::vector<std::uint16_t>;
+using Words = std::vector<std::uint16_t>;
 
 /// The controller of a rig seen through its registers.
 struct Bank {
     explicit Bank(ControllerOptions options = bar_options())
         : rig(std::move(options)), bank(rig.controller, repository_map()) {}
 
-    Registers read(std::size_t address, std::size_t count) {
-        Registers registers(count);
+    Words read(std::size_t address, std::size_t count) {
+        Words registers(count);
         EXPECT_EQ(bank.read(address, registers), Exception::none) << address;
         return registers;
     }
     Exception exchange(std::uint32_t ack, std::uint32_t from) {
-        return bank.write(384, Registers{++watchdog, high(ack), low(ack), high(from), low(from)});
+        return bank.write(384, Words{++watchdog, high(ack), low(ack), high(from), low(from)});
     }
-    Registers fifo(std::uint32_t ack, std::uint32_t from) {
+    Words fifo(std::uint32_t ack, std::uint32_t from) {
         EXPECT_EQ(exchange(ack, from), Exception::none);
         return read(400, 125);
     }
@@ -39,8 +39,8 @@ struct Bank {
     std::uint16_t watchdog = 0;
 };
 
-Registers command_block(std::uint16_t seq, std::uint16_t code, std::int32_t first = 0) {
-    Registers block(21);
+Words command_block(std::uint16_t seq, std::uint16_t code, std::int32_t first = 0) {
+    Words block(21);
     block[0] = seq;
     block[1] = code;
     block[3] = 7;
@@ -50,8 +50,8 @@ Registers command_block(std::uint16_t seq, std::uint16_t code, std::int32_t firs
     return block;
 }
 
-Registers window(std::uint16_t id, std::uint32_t first, const std::vector<PathPoint>& points) {
-    Registers block(6 + 11 * points.size());
+Words window(std::uint16_t id, std::uint32_t first, const std::vector<PathPoint>& points) {
+    Words block(6 + 11 * points.size());
     block[0] = id;
     block[1] = Bank::high(first);
     block[2] = Bank::low(first);
@@ -73,7 +73,7 @@ Registers window(std::uint16_t id, std::uint32_t first, const std::vector<PathPo
 
 TEST(RegisterBank, IdentityIsThatOfTheMachine) {
     Bank bank;
-    const Registers id = bank.read(0, 46);
+    const Words id = bank.read(0, 46);
     EXPECT_EQ(id[0], 0x434D);
     EXPECT_EQ(id[1], 0x4D31);
     EXPECT_EQ(id[2], 1);
@@ -93,7 +93,7 @@ TEST(RegisterBank, IdentityIsThatOfTheMachine) {
 TEST(RegisterBank, StatusShowsTheController) {
     Bank bank;
     bank.rig.prepare();
-    const Registers status = bank.read(64, 37);
+    const Words status = bank.read(64, 37);
     EXPECT_EQ(status[0], 0);
     EXPECT_EQ(status[2], 1 | 2 | 16);
     EXPECT_EQ(status[4], bank.rig.seq);
@@ -101,27 +101,27 @@ TEST(RegisterBank, StatusShowsTheController) {
     EXPECT_EQ(get32(status, 24, true), 500000U);
     EXPECT_EQ(get32(status, 34, true), 7U);
     EXPECT_EQ(status[36], block_crc(status, 36));
-    EXPECT_EQ(bank.read(88, 6), Registers(status.begin() + 24, status.begin() + 30)) << "part of a block";
+    EXPECT_EQ(bank.read(88, 6), Words(status.begin() + 24, status.begin() + 30)) << "part of a block";
 }
 
 TEST(RegisterBank, CommandsNeedACrcAndASequence) {
     Bank bank;
-    Registers block = command_block(5, 1);
+    Words block = command_block(5, 1);
     block[20] ^= 1U;
     EXPECT_EQ(bank.bank.write(128, block), Exception::illegal_value);
     EXPECT_EQ(bank.read(68, 1)[0], 0) << "not taken";
     EXPECT_EQ(bank.bank.write(128, command_block(0, 1)), Exception::illegal_value);
     EXPECT_EQ(bank.bank.write(128, command_block(5, 1)), Exception::none);
-    EXPECT_EQ(bank.read(68, 3), (Registers{5, 2, 0}));
+    EXPECT_EQ(bank.read(68, 3), (Words{5, 2, 0}));
     EXPECT_EQ(bank.read(128, 21), command_block(5, 1)) << "reads back";
     EXPECT_EQ(bank.bank.write(128, command_block(6, 3)), Exception::none);
     EXPECT_EQ(bank.read(64, 1)[0], 1) << "homing";
-    EXPECT_EQ(bank.bank.write(128, Registers(20)), Exception::illegal_value);
+    EXPECT_EQ(bank.bank.write(128, Words(20)), Exception::illegal_value);
 }
 
 TEST(RegisterBank, AddressesOutsideTheBlocks) {
     Bank bank;
-    Registers some(2);
+    Words some(2);
     EXPECT_EQ(bank.bank.read(45, some), Exception::illegal_address) << "leaves its block";
     EXPECT_EQ(bank.bank.read(60000, some), Exception::illegal_address);
     EXPECT_EQ(bank.bank.write(0, some), Exception::illegal_address) << "read only";
@@ -133,10 +133,10 @@ TEST(RegisterBank, AddressesOutsideTheBlocks) {
 
 TEST(RegisterBank, StopNeedsNoOwner) {
     Bank bank;
-    EXPECT_EQ(bank.bank.write(200, Registers{3}), Exception::illegal_value);
-    EXPECT_EQ(bank.bank.write(200, Registers{1}), Exception::none);
-    EXPECT_EQ(bank.read(64, 4), (Registers{6, bank.read(65, 1)[0], 0, 13}));
-    EXPECT_EQ(bank.bank.write(200, Registers{2}), Exception::none);
+    EXPECT_EQ(bank.bank.write(200, Words{3}), Exception::illegal_value);
+    EXPECT_EQ(bank.bank.write(200, Words{1}), Exception::none);
+    EXPECT_EQ(bank.read(64, 4), (Words{6, bank.read(65, 1)[0], 0, 13}));
+    EXPECT_EQ(bank.bank.write(200, Words{2}), Exception::none);
     EXPECT_EQ(bank.read(64, 1)[0], 8);
 }
 
@@ -148,14 +148,14 @@ TEST(RegisterBank, PathWindowsAreChecked) {
     bank.rig.send(opcode::path_begin, {300});
     const auto path = arc_path(30, 0.01, 20.0);
     const std::vector<PathPoint> ten(path.begin(), path.begin() + 10);
-    Registers good = window(300, 0, ten);
+    Words good = window(300, 0, ten);
     EXPECT_EQ(good.size(), 116U);
-    Registers bad = good;
+    Words bad = good;
     bad[20] ^= 1U;
     EXPECT_EQ(bank.bank.write(256, bad), Exception::illegal_value);
     EXPECT_EQ(bank.bank.write(256, window(301, 0, ten)), Exception::illegal_value);
-    EXPECT_EQ(bank.bank.write(256, Registers(good.begin(), good.end() - 1)), Exception::illegal_value);
-    EXPECT_EQ(bank.bank.write(257, Registers(good.begin() + 1, good.end())), Exception::illegal_value);
+    EXPECT_EQ(bank.bank.write(256, Words(good.begin(), good.end() - 1)), Exception::illegal_value);
+    EXPECT_EQ(bank.bank.write(257, Words(good.begin() + 1, good.end())), Exception::illegal_value);
     EXPECT_EQ(bank.bank.write(256, good), Exception::none);
     EXPECT_EQ(bank.bank.write(256, good), Exception::none) << "a repetition";
     EXPECT_EQ(bank.bank.write(256, window(300, 11, ten)), Exception::illegal_value) << "a gap";
@@ -170,23 +170,23 @@ TEST(RegisterBank, LostExchangesLoseAndDoubleNothing) {
     Bank bank;
     bank.rig.prepare();
     bank.rig.scan(9, arc_path(40, 0.01, 20.0));
-    const Registers first = bank.fifo(0, 0);
+    const Words first = bank.fifo(0, 0);
     EXPECT_EQ(first[2], 9);
     EXPECT_EQ(get32(first, 3, true), 1U);
     EXPECT_EQ(get32(first, 5, true), 40U);
     EXPECT_EQ(first[7], 14);
     EXPECT_EQ(first[8], 2 | 4);
     EXPECT_EQ(first[12], block_crc(std::span(first).first(13 + 8 * 14), 12));
-    const Registers again = bank.fifo(0, 0);
-    EXPECT_EQ(Registers(first.begin() + 13, first.end()), Registers(again.begin() + 13, again.end()));
-    const Registers ahead = bank.fifo(0, 15);
+    const Words again = bank.fifo(0, 0);
+    EXPECT_EQ(Words(first.begin() + 13, first.end()), Words(again.begin() + 13, again.end()));
+    const Words ahead = bank.fifo(0, 15);
     EXPECT_EQ(get32(ahead, 3, true), 15U) << "reading runs ahead of the acknowledgement";
-    const Registers rest = bank.fifo(28, 0);
+    const Words rest = bank.fifo(28, 0);
     EXPECT_EQ(get32(rest, 3, true), 29U);
     EXPECT_EQ(rest[7], 12);
     EXPECT_EQ(rest[8], 4) << "nothing waits behind it";
     EXPECT_EQ(get32(bank.fifo(5, 3), 3, true), 29U) << "freed samples are gone; a lower ack changes nothing";
-    const Registers empty = bank.fifo(40, 0);
+    const Words empty = bank.fifo(40, 0);
     EXPECT_EQ(empty[7], 0);
     EXPECT_EQ(get32(empty, 3, true), 41U);
     EXPECT_EQ(empty[12], block_crc(std::span(empty).first(13), 12));
@@ -197,7 +197,7 @@ TEST(RegisterBank, TimesAddUpToTheSamplesTime) {
     Bank bank;
     bank.rig.prepare();
     bank.rig.scan(1, arc_path(14, 0.0123, 17.0));
-    const Registers block = bank.fifo(0, 0);
+    const Words block = bank.fifo(0, 0);
     const auto samples = bank.rig.samples();
     std::int64_t time_us = std::int64_t{block[9]} << 32 | std::int64_t{block[10]} << 16 | block[11];
     ASSERT_EQ(block[7], 14);
@@ -223,11 +223,11 @@ TEST(RegisterBank, ABlockEndsBeforeALongPauseAndBeforeAnotherPath) {
     EXPECT_EQ(bank.fifo(4, 0)[7], 6);
     bank.rig.finish(opcode::move, {200000, 0, 0, 100000});
     bank.rig.scan(2, arc_path(5, 0.01, 20.0));
-    const Registers first = bank.fifo(4, 0);
+    const Words first = bank.fifo(4, 0);
     EXPECT_EQ(first[2], 1);
     EXPECT_EQ(first[7], 6);
     EXPECT_EQ(first[8], 2 | 4);
-    const Registers second = bank.fifo(10, 0);
+    const Words second = bank.fifo(10, 0);
     EXPECT_EQ(second[2], 2);
     EXPECT_EQ(second[7], 5);
 }
@@ -238,7 +238,7 @@ TEST(RegisterBank, AnyExchangeFeedsTheWatchdog) {
     bank.rig.send(opcode::move, {500000, 4000000, 0, 100000});
     for (int i = 0; i < 10; ++i) {
         bank.rig.clock.advance(std::chrono::milliseconds(300));
-        EXPECT_EQ(bank.bank.write(384, Registers{++bank.watchdog}), Exception::none);
+        EXPECT_EQ(bank.bank.write(384, Words{++bank.watchdog}), Exception::none);
         bank.rig.controller.step();
     }
     EXPECT_EQ(bank.rig.controller.state(), MachineState::moving);

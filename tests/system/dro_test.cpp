@@ -17,7 +17,7 @@
 namespace cmm::test {
 namespace {
 
-constexpr const char* part = "tests/system/parts/straight.toml";
+constexpr const char* digitised_part = "tests/system/parts/straight.toml";
 
 struct Style {
     std::string name;
@@ -44,8 +44,8 @@ class ByHand {
     }
     /// Starts the scan; the person begins when it listens.
     Process& scan(const std::string& machine, bool typing = false) {
-        std::vector<std::string> arguments{cmmlive(), "scan",  "--machine", machine,    "--part",
-                                           part,      "--out", out(),       "--events", folder_ / "events"};
+        std::vector<std::string> arguments{cmmlive(),      "scan",  "--machine", machine,    "--part",
+                                           digitised_part, "--out", out(),       "--events", folder_ / "events"};
         if (typing) {
             const auto keys = folder_ / "keys";
             EXPECT_EQ(::mkfifo(keys.c_str(), 0600), 0);
@@ -133,7 +133,7 @@ TEST_P(DroStyles, PointsTakenByHandBecomeJudgedSections) {
     const auto fitted = cmm::test::run({cmmlive(), "fit", run.out() + "/run.cmmrun", "--out", run.folder() / "fit"});
     EXPECT_EQ(fitted.exit_code, 0) << fitted.err;
     const auto again = cmm::test::run({cmmlive(), "scan", "--machine", "replay:" + run.out() + "/run.cmmrun", "--part",
-                                       part, "--out", run.folder() / "again"});
+                                       digitised_part, "--out", run.folder() / "again"});
     EXPECT_EQ(again.exit_code, 0) << again.err;
     for (const char* name : {"section-0.csv", "section-1.csv", "points.csv"}) {
         const auto scan = core::read_file(run.out() + "/" + name);
@@ -191,7 +191,8 @@ TEST(Dro, ATypedWordEndsASection) {
 
 TEST(Dro, SaysWhatItCannotDo) {
     ByHand run({"--points", "1"});
-    const auto asked = cmm::test::run({cmmlive(), "plan", "--part", part, "--machine", "dro+serial://" + run.device()});
+    const auto asked =
+        cmm::test::run({cmmlive(), "plan", "--part", digitised_part, "--machine", "dro+serial://" + run.device()});
     EXPECT_EQ(asked.exit_code, 0) << asked.err;
     EXPECT_NE(asked.out.find("a person moves this machine"), std::string::npos) << asked.out;
 
@@ -201,7 +202,7 @@ TEST(Dro, SaysWhatItCannotDo) {
     EXPECT_NE(bad.err.find("{z} must be there once"), std::string::npos) << bad.err;
 
     const auto absent = cmm::test::run({cmmlive(), "scan", "--machine", "dro+serial:///dev/cmmlive-none", "--part",
-                                        part, "--out", run.folder() / "none"});
+                                        digitised_part, "--out", run.folder() / "none"});
     EXPECT_EQ(absent.exit_code, 5) << absent.err;
     EXPECT_NE(absent.err.find("/dev/cmmlive-none"), std::string::npos) << absent.err;
 }

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole fault matrix, as a table (./run faults):
-// fault_matrix [--seeds N] [--first SEED] [--only NAME] [--wire tcp|rtu|line] [--jobs N] [--minutes N]
-// [--keep DIR] [--out FILE]; after so many minutes no run is begun any more.
+// The whole fault matrix, as a table (./run faults).
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -78,23 +76,6 @@ struct Options {
     double minutes = 1e6;
     std::string only, wire, keep, out;
 };
-
-Options read_options(int argc, char** argv) {
-    Options options;
-    for (int i = 1; i + 1 < argc; i += 2) {
-        const std::string key = argv[i];
-        const char* value = argv[i + 1];
-        if (key == "--seeds") options.seeds = std::strtoull(value, nullptr, 10);
-        if (key == "--first") options.first = std::strtoull(value, nullptr, 10);
-        if (key == "--jobs") options.jobs = std::atoi(value);
-        if (key == "--minutes") options.minutes = std::atof(value);
-        if (key == "--only") options.only = value;
-        if (key == "--wire") options.wire = value;
-        if (key == "--keep") options.keep = value;
-        if (key == "--out") options.out = value;
-    }
-    return options;
-}
 
 std::vector<Task> tasks_of(const Options& options) {
     std::vector<Task> tasks;
@@ -181,5 +162,16 @@ int main_of(const Options& options) {
 }  // namespace cmm::test
 
 int main(int argc, char** argv) {
-    return cmm::test::main_of(cmm::test::read_options(argc, argv));
+    cmm::test::Options options;
+    CLI::App app("Every fault over every wire, at random instants of a job, as a table.");
+    app.add_option("--seeds", options.seeds, "runs of each fault on each wire")->check(CLI::PositiveNumber);
+    app.add_option("--first", options.first, "the first seed");
+    app.add_option("--only", options.only, "one fault, by its name in the table");
+    app.add_option("--wire", options.wire, "one wire")->check(CLI::IsMember({"tcp", "rtu", "line"}));
+    app.add_option("--jobs", options.jobs, "runs at a time")->check(CLI::PositiveNumber);
+    app.add_option("--minutes", options.minutes, "after so many no run is begun any more")->check(CLI::PositiveNumber);
+    app.add_option("--keep", options.keep, "folder for what bad runs leave");
+    app.add_option("--out", options.out, "document that gets the table between its marks")->check(CLI::ExistingFile);
+    CLI11_PARSE(app, argc, argv);
+    return cmm::test::main_of(options);
 }

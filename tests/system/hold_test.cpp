@@ -12,7 +12,7 @@
 namespace cmm::test {
 namespace {
 
-constexpr const char* part = "tests/system/parts/fault-job.toml";
+constexpr const char* held_part = "tests/system/parts/fault-job.toml";
 
 class Hold : public testing::Test {
   protected:
@@ -20,12 +20,12 @@ class Hold : public testing::Test {
     void open_door() {
         const std::string plan = folder_ / "faults.toml";
         std::ofstream(plan) << "[[fault]]\nwhat = \"door\"\nsamples = 60\n";
-        machine_ = std::make_unique<SimulatedMachine>(part, folder_,
+        machine_ = std::make_unique<SimulatedMachine>(held_part, folder_,
                                                       std::vector<std::string>{"--speed", "20", "--faults", plan});
         ASSERT_FALSE(machine_->url().empty()) << machine_->process().err();
     }
     std::unique_ptr<Process> scan(const std::string& wait_s) {
-        auto command = scan_command(*machine_, part, out_, false);
+        auto command = scan_command(*machine_, held_part, out_, false);
         command.insert(command.end(), {"--wait-s", wait_s, "--events", folder_ / "events"});
         return std::make_unique<Process>(command, folder_ / "scan");
     }
@@ -78,10 +78,10 @@ TEST_F(Hold, AFullDiskThatIsEmptiedIsWaitedFor) {
     const auto mounted = run({"sh", "-c", "mkdir " + disk + " && mount -t tmpfs -o size=3m tmpfs " + disk});
     if (mounted.exit_code != 0) GTEST_SKIP() << "no right to mount a small disk: " << mounted.err;
     {
-        machine_ = std::make_unique<SimulatedMachine>(part, folder_, std::vector<std::string>{"--speed", "20"});
+        machine_ = std::make_unique<SimulatedMachine>(held_part, folder_, std::vector<std::string>{"--speed", "20"});
         // 110 KB are left: enough to begin the run file, not for the run.
         EXPECT_EQ(run({"fallocate", "-l", std::to_string((3 * 1024 - 110) * 1024), disk + "/other"}).exit_code, 0);
-        auto command = scan_command(*machine_, part, disk + "/out", false);
+        auto command = scan_command(*machine_, held_part, disk + "/out", false);
         command.insert(command.end(), {"--wait-s", "100"});
         Process job(command, folder_ / "scan");
         EXPECT_TRUE(wait_for([&] { return waits(job) || !job.running(); }));

@@ -10,14 +10,14 @@
 namespace cmm::test {
 namespace {
 
-constexpr const char* part = "config/parts/demo.toml";
+constexpr const char* interrupted_part = "config/parts/demo.toml";
 
 class Interrupt : public testing::Test {
   protected:
     /// A scan with its first samples taken.
     void begin_scan() {
         ASSERT_FALSE(machine_.url().empty()) << machine_.process().out();
-        scan_ = std::make_unique<Process>(scan_command(machine_, part, out_, false), folder_ / "scan");
+        scan_ = std::make_unique<Process>(scan_command(machine_, interrupted_part, out_, false), folder_ / "scan");
         ASSERT_TRUE(wait_for([&] { return log_size(machine_) > 5000; }));
     }
     void expect_stopped_by_request() {
@@ -26,8 +26,8 @@ class Interrupt : public testing::Test {
         EXPECT_EQ(seen.fault.find("watchdog"), std::string::npos) << seen.fault;
     }
     void expect_resumable() {
-        const auto rest =
-            Process(scan_command(machine_, part, out_, true), folder_ / "resumed").wait(std::chrono::seconds(120));
+        const auto rest = Process(scan_command(machine_, interrupted_part, out_, true), folder_ / "resumed")
+                              .wait(std::chrono::seconds(120));
         EXPECT_EQ(rest.exit_code, 0) << rest.err << rest.out;
         machine_.end();
         expect_every_sample_once(out_ + "/run.cmmrun", machine_.log());
@@ -35,7 +35,7 @@ class Interrupt : public testing::Test {
 
     TemporaryFolder folder_;
     std::string out_ = folder_ / "out";
-    SimulatedMachine machine_{part, folder_, {"--speed", "10"}};
+    SimulatedMachine machine_{interrupted_part, folder_, {"--speed", "10"}};
     std::unique_ptr<Process> scan_;
 };
 

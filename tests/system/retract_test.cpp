@@ -14,7 +14,7 @@
 namespace cmm::test {
 namespace {
 
-constexpr const char* part = "tests/system/parts/fault-job.toml";
+constexpr const char* retracted_part = "tests/system/parts/fault-job.toml";
 constexpr double lsb_mm = 1e-4;  // config/machines/sim.toml
 
 struct Place {
@@ -50,10 +50,11 @@ class RetractNever : public testing::Test {
     void scan_until(const std::string& fault) {
         const std::string plan = folder_ / "faults.toml";
         std::ofstream(plan) << "[[fault]]\nwhat = \"" << fault << "\"\nsamples = 60\n";
-        machine_ = std::make_unique<SimulatedMachine>(part, folder_,
+        machine_ = std::make_unique<SimulatedMachine>(retracted_part, folder_,
                                                       std::vector<std::string>{"--speed", "20", "--faults", plan});
         ASSERT_FALSE(machine_->url().empty()) << machine_->process().err();
-        ended_ = Process(scan_command(*machine_, part, out_, false), folder_ / "scan").wait(std::chrono::seconds(60));
+        ended_ = Process(scan_command(*machine_, retracted_part, out_, false), folder_ / "scan")
+                     .wait(std::chrono::seconds(60));
         EXPECT_EQ(ended_.exit_code, 4) << ended_.err;
         stands_ = standing(*machine_);
     }
@@ -70,8 +71,8 @@ TEST_P(Retract, TheProbeIsLedOffThePartAndTheRunCanGoOn) {
     ASSERT_NO_FATAL_FAILURE(scan_until(GetParam()));
     EXPECT_NE(ended_.err.find("(the probe was moved back 1.000 mm)"), std::string::npos) << ended_.err;
     EXPECT_FALSE(stands_.in_contact);
-    const auto resumed =
-        Process(scan_command(*machine_, part, out_, true), folder_ / "resumed").wait(std::chrono::seconds(60));
+    const auto resumed = Process(scan_command(*machine_, retracted_part, out_, true), folder_ / "resumed")
+                             .wait(std::chrono::seconds(60));
     EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
     machine_->end();
     expect_every_sample_once(out_ + "/run.cmmrun", machine_->log());
@@ -99,7 +100,7 @@ TEST_F(RetractNever, AfterALostPosition) {
 class RetractCutShort : public testing::Test {
   protected:
     void SetUp() override {
-        std::string text = core::read_file(part).value();
+        std::string text = core::read_file(retracted_part).value();
         text.replace(text.find("[scan]\n"), 7, "[scan]\napproach_mm = 10.0\n");
         std::ofstream(job_) << text;
         const std::string plan = folder_ / "faults.toml";

@@ -1,30 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-// A night in minutes (./run soak):
-// soak [--hours 8] [--speed 20] [--fault-every-s 30] [--wire tcp|rtu|line] [--seed N] [--out FILE.csv]
+// A night in minutes (./run soak).
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
+#include <map>
+#include <string>
 
 #include "tests/system/soak.hpp"
 
 namespace {
 
 using namespace cmm::test;
-
-SoakOptions read_options(int argc, char** argv) {
-    SoakOptions options;
-    for (int i = 1; i + 1 < argc; i += 2) {
-        const std::string key = argv[i], value = argv[i + 1];
-        if (key == "--hours") options.hours = std::atof(value.c_str());
-        if (key == "--speed") options.speed = std::atof(value.c_str());
-        if (key == "--fault-every-s") options.fault_every_s = std::atof(value.c_str());
-        if (key == "--seed") options.seed = std::strtoull(value.c_str(), nullptr, 10);
-        if (key == "--out") options.watch_file = value;
-        if (key == "--wire") options.wire = value == "rtu" ? Wire::rtu : value == "line" ? Wire::line : Wire::tcp;
-    }
-    return options;
-}
 
 void print(const char* who, const std::vector<Holdings>& seen) {
     if (seen.empty()) return;
@@ -38,7 +24,16 @@ void print(const char* who, const std::vector<Holdings>& seen) {
 }  // namespace
 
 int main(int argc, char** argv) {
-    const SoakOptions options = read_options(argc, argv);
+    SoakOptions options;
+    const std::map<std::string, Wire> wires{{"tcp", Wire::tcp}, {"rtu", Wire::rtu}, {"line", Wire::line}};
+    CLI::App app("Job after job on one simulated machine while faults strike.");
+    app.add_option("--hours", options.hours, "of machine time")->check(CLI::PositiveNumber);
+    app.add_option("--speed", options.speed, "times real time")->check(CLI::PositiveNumber);
+    app.add_option("--fault-every-s", options.fault_every_s, "of machine time, on average")->check(CLI::PositiveNumber);
+    app.add_option("--wire", options.wire, "tcp, rtu or line")->transform(CLI::CheckedTransformer(wires));
+    app.add_option("--seed", options.seed, "of the faults and their instants");
+    app.add_option("--out", options.watch_file, "CSV file for memory and open files, each second");
+    CLI11_PARSE(app, argc, argv);
     const SoakResult result = soak(options);
     int struck = 0;
     for (const auto& [kind, times] : result.faults)

@@ -15,7 +15,7 @@ namespace cmm::test {
 namespace {
 
 constexpr const char* planned_part = "tests/system/parts/touched.toml";
-constexpr const char* unknown_part = "tests/system/parts/touched-unknown.toml";
+constexpr const char* touched_unknown_part = "tests/system/parts/touched-unknown.toml";
 
 std::vector<std::string> touch_command(const SimulatedMachine& machine, const std::string& part, const std::string& out,
                                        bool resume) {
@@ -94,7 +94,7 @@ TEST_P(Touch, AKilledHostLosesNothingAndTouchesNoPlaceTwice) {
     EXPECT_NE(plan.out.find(std::to_string(section_points(out)) + " points"), std::string::npos) << plan.out;
 }
 
-INSTANTIATE_TEST_SUITE_P(Parts, Touch, testing::Values(planned_part, unknown_part),
+INSTANTIATE_TEST_SUITE_P(Parts, Touch, testing::Values(planned_part, touched_unknown_part),
                          [](const auto& tested) { return std::string(tested.index == 0 ? "Nominal" : "Unknown"); });
 
 }  // namespace

@@ -14,7 +14,7 @@
 namespace cmm::fitting::truth {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 Vec2 rotated(const Vec2& p, double angle) {
     return {std::cos(angle) * p.x() - std::sin(angle) * p.y(), std::sin(angle) * p.x() + std::cos(angle) * p.y()};

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include "core/error.hpp"
+
+namespace cmm::drivers {
+
+/// What a machine is not asked to do: machine_refused, and it stands.
+inline core::Status refuse(std::string why) {
+    return core::fail(core::ErrorCode::machine_refused, std::move(why), core::Motion::stopped);
+}
+
+}  // namespace cmm::drivers
