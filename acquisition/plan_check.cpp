@@ -6,6 +6,8 @@
 #include <limits>
 #include <optional>
 
+#include "acquisition/section_setup.hpp"
+#include "acquisition/touch_way.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -107,14 +109,29 @@ class PlanCheck {
                                 " sections at their heights, no path is driven");
     }
 
-    void duration() {
+    void touch_ways(const Nominal& nominal) {
+        for (const auto& path : plan_.paths) {
+            const auto setup = make_section_setup(part_, &nominal, path.section, path.z_mm);
+            if (!setup || !setup->nominal) continue;
+            const auto blocked =
+                blocked_place(path.points, setup->nominal->section.curve(), part_.stylus.radius_mm, plan_.approach_mm);
+            if (!blocked) continue;
+            add(Severity::error, at_section(path) + "the way to the touch at " +
+                                     point_text(path.points[*blocked].centre_mm.head<2>()) +
+                                     " leads too close to the part; a smaller [scan] approach_mm helps in a hollow");
+        }
+    }
+
+    void duration(bool by_touches) {
         std::size_t points = 0;
         for (const auto& path : plan_.paths)
             points += path.points.size();
         if (points == 0) return;
         add(Severity::note, std::to_string(plan_.paths.size()) + " sections, " + std::to_string(points) + " points, " +
-                                core::fixed(plan_.length_mm, 1) + " mm of scan, about " +
-                                core::fixed(plan_.duration_s, 0) + " s");
+                                (by_touches ? "one by one, about " + core::fixed(touch_times(plan_).total_s, 0)
+                                            : core::fixed(plan_.length_mm, 1) + " mm of scan, about " +
+                                                  core::fixed(plan_.duration_s, 0)) +
+                                " s");
     }
 
     std::vector<Finding> findings;
@@ -181,7 +198,7 @@ std::string_view to_string(Severity severity) noexcept {
 }
 
 std::vector<Finding> check_plan(const Plan& plan, const PartFile& part, const Nominal* nominal,
-                                const drivers::Capabilities* capabilities) {
+                                const drivers::Capabilities* capabilities, bool by_touches) {
     PlanCheck check(plan, part);
     if (capabilities != nullptr && !capabilities->moves) {
         check.recording(*capabilities);
@@ -191,14 +208,15 @@ std::vector<Finding> check_plan(const Plan& plan, const PartFile& part, const No
     if (capabilities != nullptr) {
         check.recording(*capabilities);
         check.limits(*capabilities);
-        check.clock(*capabilities);
+        if (!by_touches) check.clock(*capabilities);
     }
     if (nominal != nullptr) {
+        if (by_touches) check.touch_ways(*nominal);
         check.travel();
         check.shank();
         check.concave_places();
     }
-    check.duration();
+    check.duration(by_touches);
     std::stable_sort(check.findings.begin(), check.findings.end(),
                      [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
     return std::move(check.findings);

@@ -20,13 +20,14 @@ struct Finding {
 };
 
 /// Checks travel limits (when the machine is known), that travel does not cut the part, the shank against the sections
-/// above the ball, concave places, the sample clock, and estimates the duration.
+/// above the ball, concave places, the sample clock, and estimates the duration. `by_touches`: of a measurement by
+/// single touches, the ways between them instead of the clock.
 ///
 /// The shank check takes a stylus that hangs straight down. A head that inclines the stylus, or a star stylus, keeps
 /// the shank free of a leaning blade, and a part file cannot tell which is mounted: a touching shank is a warning, with
 /// height and depth.
 std::vector<Finding> check_plan(const Plan& plan, const PartFile& part, const Nominal* nominal,
-                                const drivers::Capabilities* capabilities = nullptr);
+                                const drivers::Capabilities* capabilities = nullptr, bool by_touches = false);
 /// plan_invalid with the errors among the findings.
 core::Status require_sound(const std::vector<Finding>& findings);
 

@@ -8,6 +8,7 @@
 #include "acquisition/json_text.hpp"
 #include "acquisition/plan_check.hpp"
 #include "acquisition/recorded_machine.hpp"
+#include "acquisition/touch_way.hpp"
 
 namespace cmm::acquisition {
 ScanJob::ScanJob(ScanRequest request, drivers::Machine& machine, const core::Clock& clock, EventHub& events)
@@ -144,13 +145,14 @@ ScanJob::Step ScanJob::connect() {
 }
 
 core::Status ScanJob::prepare() {
-    if (auto status = choose_how_to_measure(); !status) return status;
+    const auto chosen = measures_by_touches(capabilities_, request_.touch);
+    if (!chosen) return tl::unexpected(chosen.error());
+    touching_ = *chosen;
     if (request_.nominal == nullptr) bound_by_travel(request_.part, capabilities_);
     auto plan = make_plan(request_.part, request_.nominal.get(), &capabilities_);
     if (!plan) return tl::unexpected(plan.error());
     plan_ = std::move(*plan);
-    if (auto status = require_sound(check_plan(plan_, request_.part, request_.nominal.get(), &capabilities_)); !status)
-        return status;
+    if (auto status = check(); !status) return status;
     for (std::size_t i = 0; i < plan_.paths.size(); ++i) {
         auto setup = make_section_setup(request_.part, request_.nominal.get(), i, plan_.paths[i].z_mm);
         if (!setup) return tl::unexpected(setup.error());
@@ -158,8 +160,11 @@ core::Status ScanJob::prepare() {
     }
     restored_.resize(setups_.size());
     done_.assign(setups_.size(), false);
-    if (touching_) return check_touches();
     return {};
+}
+
+core::Status ScanJob::check() const {
+    return require_sound(check_plan(plan_, request_.part, request_.nominal.get(), &capabilities_, touching_));
 }
 
 core::Status ScanJob::start_journal(const drivers::RunOrigin& origin) {

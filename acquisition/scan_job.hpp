@@ -100,9 +100,8 @@ class ScanJob {
     Step scan_planned(drivers::ScanPath path);
     Step scan_unknown(drivers::ScanPath path);
     Step scan_by_hand(drivers::ScanPath path);
-    core::Status choose_how_to_measure();
     core::Status measure_as_begun();
-    core::Status check_touches() const;
+    core::Status check() const;
     std::size_t next_planned() const;
     core::Result<std::uint16_t> path_of_touches() const;
     Step touch_planned(std::uint16_t path, drivers::PathSource& source);

@@ -16,9 +16,6 @@ namespace {
 
 using core::ErrorCode;
 
-// What a controller that latches in its servo cycle of 1 ms can take: 2 um (docs/linuxcnc.md).
-constexpr double fastest_touch_mm_s = 2.0;
-
 core::Status refuse(std::string why) {
     return core::fail(ErrorCode::machine_refused, std::move(why), core::Motion::stopped);
 }
@@ -32,22 +29,6 @@ std::string place_text(const Eigen::Vector3d& place) {
 }
 
 }  // namespace
-
-/// Scans where the machine can and nobody asked for touches. What was recorded by touches is played as a scan.
-core::Status ScanJob::choose_how_to_measure() {
-    const bool recorded = !capabilities_.recorded_plan.empty();
-    if (!capabilities_.moves || recorded) {
-        if (!request_.touch) return {};
-        return refuse(recorded ? "a recording is played as it was measured: leave --touch out"
-                               : "a person moves this machine: leave --touch out");
-    }
-    touching_ = request_.touch || !capabilities_.scans_paths;
-    if (!touching_ || capabilities_.touches) return {};
-    return refuse(capabilities_.scans_paths
-                      ? "this machine scans along paths but cannot take single touches: leave --touch out"
-                      : "this machine can neither scan along a path nor take single touches; `cmmlive doctor` shows "
-                        "what it says of itself");
-}
 
 /// A run goes on by touches or by scanning as it began: which places are left is told from its points by that.
 core::Status ScanJob::measure_as_begun() {
@@ -65,24 +46,7 @@ core::Status ScanJob::measure_as_begun() {
     }
     touching_ = true;
     notice("going on by single touches, as the run began");
-    return check_touches();
-}
-
-/// Whether the way from place to place stays off every section.
-core::Status ScanJob::check_touches() const {
-    for (const auto& path : plan_.paths) {
-        const auto& setup = setups_[path.section];
-        if (!setup.nominal) continue;
-        const auto blocked =
-            blocked_place(path.points, setup.nominal->section.curve(), setup.ball_radius_mm, plan_.approach_mm);
-        if (!blocked) continue;
-        return core::fail(ErrorCode::plan_invalid,
-                          "section " + std::to_string(path.section) + ": the way to the touch at " +
-                              place_text(path.points[*blocked].centre_mm) +
-                              " leads too close to the part; a smaller [scan] approach_mm helps in a hollow",
-                          core::Motion::stopped);
-    }
-    return {};
+    return check();
 }
 
 std::size_t ScanJob::next_planned() const {
@@ -161,7 +125,7 @@ ScanJob::Step ScanJob::touch_along(std::uint16_t path, drivers::PathSource& sour
 boost::asio::awaitable<core::Result<Eigen::Vector3d>> ScanJob::touch(drivers::PathPoint place,
                                                                      drivers::SampleSink& sink) {
     if (stop_requested_) co_return tl::unexpected(stopped_on_request().error());
-    const double speed_mm_s = std::min(fastest_touch_mm_s, plan_.approach_speed_mm_s);
+    const double speed_mm_s = touch_speed_mm_s(plan_);
     const auto found = co_await machine_.touch(above(place, -plan_.search_mm), speed_mm_s, plan_.approach_mm, sink);
     if (found) came_from_ = *found + plan_.approach_mm * place.normal;
     if (found || stop_requested_ || found.error().code != ErrorCode::machine_no_contact) co_return found;

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace cmm::acquisition {
 namespace {
@@ -11,11 +12,59 @@ namespace {
 // Of a circle of ball radius and distance such a chord cuts off 3.4 %: 0.07 mm of 2 mm.
 constexpr double largest_turn_rad = 0.5236;
 
+// What a controller that latches in its servo cycle of 1 ms can take: 2 um (docs/linuxcnc.md).
+constexpr double fastest_touch_mm_s = 2.0;
+constexpr double draw_back_mm_s = 5.0;  // of LinuxCNC's driver; for estimates only
+
+tl::unexpected<core::Error> cannot_measure_so(std::string why) {
+    return core::fail(core::ErrorCode::machine_refused, std::move(why), core::Motion::stopped);
+}
+
 double beside_mm(const drivers::PathPoint& place, const Eigen::Vector3d& contact_mm) {
     return (contact_mm - place.centre_mm).cross(place.normal).norm();
 }
 
 }  // namespace
+
+core::Result<bool> measures_by_touches(const drivers::Capabilities& machine, bool asked) {
+    const bool recorded = !machine.recorded_plan.empty();
+    if (!machine.moves || recorded) {
+        if (!asked) return false;
+        return cannot_measure_so(recorded ? "a recording is played as it was measured: leave --touch out"
+                                          : "a person moves this machine: leave --touch out");
+    }
+    if (!asked && machine.scans_paths) return false;
+    if (machine.touches) return true;
+    return cannot_measure_so(
+        machine.scans_paths
+            ? "this machine scans along paths but cannot take single touches: leave --touch out"
+            : "this machine can neither scan along a path nor take single touches; `cmmlive doctor` shows "
+              "what it says of itself");
+}
+
+double touch_speed_mm_s(const Plan& plan) {
+    return std::min(fastest_touch_mm_s, plan.approach_speed_mm_s);
+}
+
+TouchTimes touch_times(const Plan& plan) {
+    TouchTimes times;
+    times.total_s = plan.duration_s;
+    const double place_s = plan.approach_mm / touch_speed_mm_s(plan) + plan.approach_mm / draw_back_mm_s;
+    for (const auto& path : plan.paths) {
+        double way_mm = 0.0;
+        for (std::size_t i = 1; i < path.points.size(); ++i) {
+            Eigen::Vector3d at = above(path.points[i - 1], plan.approach_mm);
+            for (const auto& point : way_between(path.points[i - 1], path.points[i], plan.approach_mm)) {
+                way_mm += (point - at).norm();
+                at = point;
+            }
+        }
+        const auto places = static_cast<double>(path.points.size());
+        times.sections_s.push_back(way_mm / plan.approach_speed_mm_s + places * place_s);
+        times.total_s += times.sections_s.back() - path.duration_s;
+    }
+    return times;
+}
 
 std::vector<Eigen::Vector3d> way_between(const drivers::PathPoint& from, const drivers::PathPoint& to,
                                          double distance_mm) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "acquisition/plan.hpp"
 #include "acquisition/section_result.hpp"
 #include "drivers/machine.hpp"
 #include "fitting/closed_curve.hpp"
@@ -17,6 +18,21 @@ namespace cmm::acquisition {
 
 /// So many places of a plan in a row may be without contact; one more ends the section.
 inline constexpr std::size_t most_missed_places = 5;
+
+/// Whether a machine measures sections by single touches: asked to, or since it cannot scan along a path. A recording
+/// is played as a scan whatever it was, and where a person moves the machine nothing touches. Errors: machine_refused
+/// (it can do neither, or not what was asked for).
+core::Result<bool> measures_by_touches(const drivers::Capabilities& machine, bool asked);
+
+/// Speed of a touch, mm/s.
+double touch_speed_mm_s(const Plan& plan);
+
+/// How long the sections of a plan take by touches, s: what the motions take; controllers add their time for commands.
+struct TouchTimes {
+    std::vector<double> sections_s;  ///< one a path of the plan, without travel
+    double total_s = 0.0;            ///< with travel
+};
+TouchTimes touch_times(const Plan& plan);
 
 /// Way points from above `from` to above `to`, the last of them: straight where the normals agree, round an edge in
 /// steps of at most 30 degrees, so that the straight way between two of them stays off the part.

@@ -6,6 +6,7 @@
 #include "acquisition/json_text.hpp"
 #include "acquisition/plan.hpp"
 #include "acquisition/plan_check.hpp"
+#include "acquisition/touch_way.hpp"
 #include "app/ask_machine.hpp"
 #include "app/commands.hpp"
 #include "app/console.hpp"
@@ -16,21 +17,38 @@ namespace {
 
 using acquisition::JsonFields;
 
-void print_plan(const acquisition::Plan& plan, const std::vector<acquisition::Finding>& findings) {
-    std::printf("%s: %zu sections, %s mm to scan, about %s s; plan %s\n", plan.part_name.c_str(), plan.paths.size(),
-                core::fixed(plan.length_mm, 1).c_str(), core::fixed(plan.duration_s, 1).c_str(), plan.hash.c_str());
-    std::printf("section         z   points   length   scan\n");
-    for (const auto& path : plan.paths) {
+/// A plan and how it would be measured.
+struct Planned {
+    acquisition::Plan plan;
+    bool by_touches = false;
+    acquisition::TouchTimes times;
+
+    double total_s() const { return by_touches ? times.total_s : plan.duration_s; }
+    double section_s(std::size_t index) const {
+        return by_touches ? times.sections_s[index] : plan.paths[index].duration_s;
+    }
+};
+
+void print_plan(const Planned& planned, const std::vector<acquisition::Finding>& findings) {
+    const auto& plan = planned.plan;
+    std::printf("%s: %zu sections, %s mm to %s, about %s s; plan %s\n", plan.part_name.c_str(), plan.paths.size(),
+                core::fixed(plan.length_mm, 1).c_str(), planned.by_touches ? "touch point by point" : "scan",
+                core::fixed(planned.total_s(), 1).c_str(), plan.hash.c_str());
+    std::printf("section         z   points   length  %s\n", planned.by_touches ? "touch" : " scan");
+    for (std::size_t i = 0; i < plan.paths.size(); ++i) {
+        const auto& path = plan.paths[i];
         const std::string points = path.points.empty() ? "?" : std::to_string(path.points.size());
         std::printf("%7zu %9s %8s %8s %6s\n", path.section, (core::fixed(path.z_mm, 3)).c_str(), points.c_str(),
-                    (core::fixed(path.length_mm, 1) + " mm").c_str(), (core::fixed(path.duration_s, 1) + " s").c_str());
+                    (core::fixed(path.length_mm, 1) + " mm").c_str(),
+                    (core::fixed(planned.section_s(i), 1) + " s").c_str());
     }
     for (const auto& finding : findings) {
         std::printf("%s: %s\n", std::string(acquisition::to_string(finding.severity)).c_str(), finding.text.c_str());
     }
 }
 
-std::string plan_json(const acquisition::Plan& plan, const std::vector<acquisition::Finding>& findings) {
+std::string plan_json(const Planned& planned, const std::vector<acquisition::Finding>& findings) {
+    const auto& plan = planned.plan;
     std::string list;
     for (const auto& finding : findings) {
         list +=
@@ -39,14 +57,15 @@ std::string plan_json(const acquisition::Plan& plan, const std::vector<acquisiti
             "}";
     }
     std::string paths;
-    for (const auto& path : plan.paths) {
+    for (std::size_t i = 0; i < plan.paths.size(); ++i) {
+        const auto& path = plan.paths[i];
         paths += (paths.empty() ? "{" : ",{") +
                  JsonFields()
                      .add("section", path.section)
                      .add("z_mm", path.z_mm, 4)
                      .add("points", path.points.size())
                      .add("length_mm", path.length_mm, 3)
-                     .add("duration_s", path.duration_s, 2)
+                     .add("duration_s", planned.section_s(i), 2)
                      .text() +
                  "}";
     }
@@ -55,7 +74,8 @@ std::string plan_json(const acquisition::Plan& plan, const std::vector<acquisiti
                .add("part", plan.part_name)
                .add("hash", plan.hash)
                .add("length_mm", plan.length_mm, 3)
-               .add("duration_s", plan.duration_s, 2)
+               .add("by_touches", planned.by_touches)
+               .add("duration_s", planned.total_s(), 2)
                .raw("paths", "[" + paths + "]")
                .raw("findings", "[" + list + "]")
                .text() +
@@ -77,17 +97,27 @@ int run_plan(const PlanOptions& options) {
         machine = std::move(asked->capabilities);
     }
     if (*nominal == nullptr && machine) acquisition::bound_by_travel(*part, *machine);
-    const auto plan = acquisition::make_plan(*part, nominal->get(), machine ? &*machine : nullptr);
+    Planned planned;
+    planned.by_touches = options.touch;
+    if (machine) {
+        const auto chosen = acquisition::measures_by_touches(*machine, options.touch);
+        if (!chosen) return report(chosen.error(), options.json);
+        planned.by_touches = *chosen;
+    }
+    const auto* const known = machine ? &*machine : nullptr;
+    auto plan = acquisition::make_plan(*part, nominal->get(), known);
     if (!plan) return report(plan.error(), options.json);
-    const auto findings = acquisition::check_plan(*plan, *part, nominal->get(), machine ? &*machine : nullptr);
+    const auto findings = acquisition::check_plan(*plan, *part, nominal->get(), known, planned.by_touches);
+    planned.times = acquisition::touch_times(*plan);
+    planned.plan = std::move(*plan);
     if (!options.out.empty()) {
-        if (auto status = core::write_file(options.out, acquisition::plan_to_text(*plan)); !status)
+        if (auto status = core::write_file(options.out, acquisition::plan_to_text(planned.plan)); !status)
             return report(status.error(), options.json);
     }
     if (options.json) {
-        std::printf("%s\n", plan_json(*plan, findings).c_str());
+        std::printf("%s\n", plan_json(planned, findings).c_str());
     } else {
-        print_plan(*plan, findings);
+        print_plan(planned, findings);
     }
     if (auto sound = acquisition::require_sound(findings); !sound) return report(sound.error(), false);
     return 0;

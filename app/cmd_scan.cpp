@@ -6,7 +6,7 @@
 namespace cmm::app {
 
 int run_scan(const ScanOptions& options) {
-    if (options.dry_run) return run_plan({options.part, options.machine, "", options.json});
+    if (options.dry_run) return run_plan({options.part, options.machine, "", options.touch, options.json});
     if (options.out.empty()) {
         return report({core::ErrorCode::usage, "scan needs --out DIR (or --dry-run)", {}, core::Motion::not_concerned},
                       options.json);

@@ -46,7 +46,7 @@ int run_replay(const ReplayOptions& options);
 
 struct PlanOptions {
     std::string part, machine, out;
-    bool json = false;
+    bool touch = false, json = false;
 };
 int run_plan(const PlanOptions& options);
 

@@ -113,6 +113,7 @@ class CommandLine {
         auto* c = add("plan", "plan the paths, check them, say what would happen", plan_, cmm::app::run_plan);
         c->add_option("--part", plan_.part, "part file")->required();
         c->add_option("--machine", plan_.machine, "machine file: its limits are checked as well");
+        c->add_flag("--touch", plan_.touch, "for single touches, as scan --touch");
         c->add_option("--out", plan_.out, "write the plan to this file");
     }
 

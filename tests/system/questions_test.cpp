@@ -20,6 +20,29 @@ nlohmann::json json_of(const std::vector<std::string>& arguments) {
     return nlohmann::json::parse(finished.out);
 }
 
+TEST(Questions, APlanOfTouchesSaysHowLongTheyTake) {
+    const std::string part = "tests/system/parts/touched.toml";
+    const auto scanned = json_of({cmmlive(), "plan", "--part", part, "--json"});
+    const auto touched = json_of({cmmlive(), "plan", "--part", part, "--touch", "--json"});
+    EXPECT_EQ(scanned["by_touches"], false);
+    EXPECT_EQ(touched["by_touches"], true);
+    EXPECT_EQ(scanned["hash"], touched["hash"]);
+    const double places = touched["paths"][0]["points"], took_s = touched["paths"][0]["duration_s"];
+    EXPECT_GT(took_s, 0.7 * places);  // 1 mm at 2 mm/s and back at 5
+    EXPECT_LT(took_s, 1.5 * places);
+    EXPECT_GT(touched["duration_s"], took_s);
+    const auto notes = touched["findings"].dump();
+    EXPECT_NE(notes.find("points, one by one, about"), std::string::npos) << notes;
+    const auto printed = run({cmmlive(), "plan", "--part", part, "--touch"});
+    EXPECT_NE(printed.out.find("mm to touch point by point, about "), std::string::npos) << printed.out;
+    const TemporaryFolder folder;
+    SimulatedMachine machine(part, folder);
+    const auto dry = run({cmmlive(), "scan", "--machine", machine.url(), "--part", part, "--touch", "--dry-run"});
+    EXPECT_EQ(dry.exit_code, 0) << dry.err;
+    EXPECT_EQ(dry.out, run({cmmlive(), "plan", "--machine", machine.url(), "--part", part, "--touch"}).out);
+    EXPECT_NE(dry.out.find("one by one"), std::string::npos) << dry.out;
+}
+
 TEST(Questions, APlanSaysTheSameOnTheTerminalAsDocumentAndAsFile) {
     const TemporaryFolder folder;
     const auto file = folder / "plan.json";
