@@ -36,6 +36,12 @@ void throw_away_what_has_come(int fd) {
     }
 }
 
+/// The first sample that an exchange (FC 23) asks for.
+std::size_t wanted_from(const Bytes& pdu) {
+    constexpr std::size_t values = 10, from = values + 2 * 3;
+    return word(pdu, from) * std::size_t{65536} + word(pdu, from + 2);
+}
+
 void send_bytes(int fd, const Bytes& bytes) {
     // A client that is gone shows up at the next receive.
     [[maybe_unused]] const auto sent = ::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL);
@@ -189,8 +195,13 @@ bool ScriptedController::answer(int fd, const Bytes& frame) {
     add_word(reply, body.size() + 1);
     reply.push_back(frame[6]);
     reply.insert(reply.end(), body.begin(), body.end());
-    spoil(fault, reply);
-    if (pdu[0] == 23 && fault == Fault::none) last_block_ = body;
+    const std::size_t from = pdu[0] == 23 ? wanted_from(pdu) : 0;
+    // Of several requests under way a later one may have been answered: that block is none of before.
+    if (fault != Fault::old_block || last_block_from_ <= from) spoil(fault, reply);
+    if (pdu[0] == 23 && fault == Fault::none) {
+        last_block_ = body;
+        last_block_from_ = from;
+    }
     if (pdu[0] == 3 && word(pdu, 1) == 64 && fault == Fault::none) keep_status(body);
     if (fault == Fault::lost_reply) return true;
     if (fault == Fault::late_reply) {

@@ -81,6 +81,7 @@ class ScriptedController {
     std::size_t requests_ = 0;
     int connections_ = 0;
     Bytes held_back_, last_block_, status_, status_before_;
+    std::size_t last_block_from_ = 0;
     std::vector<Bytes> last_first_;  // the newest is sent first
     bool drop_connection_ = false;
 
