@@ -21,8 +21,9 @@ using core::Status;
 
 constexpr double stop_patience_ms = 5000.0;  // a machine brakes within a second; afterwards nothing is known
 constexpr double still_after_ms = 30.0;
-constexpr double still_mm = 0.002;            // an encoder trembles by a count or two
-constexpr double begin_patience_ms = 1000.0;  // from "arrived" until a motion begins
+constexpr double still_mm = 0.002;  // an encoder trembles by a count or two
+constexpr double begin_patience_ms =
+    3000.0;  // from "idle" until a motion begins; 1000 were too few once, on a full host
 constexpr double report_patience_ms = 400.0;  // printed within a cycle of the task, unless somebody else has read it
 constexpr int report_attempts = 8;
 constexpr double most_rotation_deg = 1e-9;

@@ -274,6 +274,49 @@ TEST(PlanCheck, FindsATravelThatCutsThePart) {
               std::string::npos);
 }
 
+/// A horseshoe, 2 mm thick, round a hollow of 6 mm, its ends 2.5 mm apart; upright.
+std::shared_ptr<const Nominal> horseshoe() {
+    constexpr double pi = std::numbers::pi, middle_mm = 4.0, opening = 0.57;
+    const auto at = [](double radius, double angle) {
+        return Vector2d(radius * std::cos(angle), radius * std::sin(angle));
+    };
+    std::vector<Vector2d> points;
+    const auto arc = [&](const Vector2d& centre, double radius, double from, double turn) {
+        const int steps = static_cast<int>(radius * std::abs(turn) / 0.05);
+        for (int i = 0; i < steps; ++i)
+            points.push_back(centre + at(radius, from + turn * i / steps));
+    };
+    const double bend = 2.0 * pi - 2.0 * opening;
+    arc(Vector2d::Zero(), middle_mm + 1.0, opening, bend);
+    arc(at(middle_mm, -opening), 1.0, -opening, pi);
+    arc(Vector2d::Zero(), middle_mm - 1.0, -opening, -bend);
+    arc(at(middle_mm, opening), 1.0, opening + pi, pi);
+    std::vector<PointSection> sections(2);
+    for (std::size_t k = 0; k < sections.size(); ++k) {
+        for (const auto& p : points)
+            sections[k].points_mm.emplace_back(p.x(), p.y(), 40.0 * static_cast<double>(k));
+    }
+    return sections_nominal(sections, Span::z).value();
+}
+
+TEST(PlanCheck, FindsATouchWhoseWayIsTooNarrow) {
+    Job job;
+    job.part.scan.heights_mm = {10.0};
+    job.part.stylus.radius_mm = 0.8;
+    job.nominal = horseshoe();
+    const auto errors = [&](double approach_mm, bool by_touches) {
+        job.part.scan.approach_mm = approach_mm;
+        return findings_text(check_plan(planned(job), job.part, job.nominal.get(), nullptr, by_touches),
+                             Severity::error);
+    };
+    const std::string finding = "leads too close to the part; a smaller [scan] approach_mm helps";
+    const auto blocked = errors(1.0, true);
+    EXPECT_NE(blocked.find("section 0 (z 10.000 mm): the way to the touch at x "), std::string::npos) << blocked;
+    EXPECT_NE(blocked.find(finding), std::string::npos) << blocked;
+    EXPECT_EQ(errors(0.3, true).find(finding), std::string::npos);
+    EXPECT_EQ(errors(1.0, false).find(finding), std::string::npos);  // a scan takes no such ways
+}
+
 TEST(Plan, OfTheEngineBladeFollowsItsMesh) {
     const std::string file = real_data("engine-blade/engine-blade.ply");
     if (!std::filesystem::exists(file)) GTEST_SKIP() << file << " is not there";

@@ -1,44 +1,27 @@
 // SPDX-License-Identifier: Apache-2.0
 // The driver on LinuxCNC itself, whose probe trips on a ball that its HAL file computes.
 #include <gtest/gtest.h>
-#include <net/if.h>
-#include <sched.h>
-#include <sys/ioctl.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <Eigen/QR>
-#include <cstdlib>
-#include <cstring>
+#include <optional>
 
 #include "core/units.hpp"
 #include "machine_rig.hpp"
-#include "tests/support/process.hpp"
+#include "tests/support/linuxcnc_peer.hpp"
 
 namespace cmm::drivers {
 namespace {
 
+using cmm::test::LinuxcncPeer;
 using core::ErrorCode;
 using Eigen::Vector3d;
 using test::MachineRig;
 using test::RecordingSink;
 
-const Vector3d ball_mm(100.0, 100.0, -100.0);  // tests/peers/linuxcnc/ball.hal
+const Vector3d ball_mm(100.0, 100.0, -100.0);  // tests/peers/linuxcnc/bodies.hal
 constexpr double ball_radius_mm = 15.0;
 constexpr double clearance_mm = 1.0;
 constexpr double travel_mm_s = 100.0;
-
-/// linuxcncrsh listens on every interface: here there is but one, of this process and its children.
-bool alone_on_the_network() {
-    if (::unshare(CLONE_NEWNET) != 0) return false;
-    const int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
-    ifreq loopback{};
-    std::strncpy(loopback.ifr_name, "lo", IFNAMSIZ - 1);
-    loopback.ifr_flags = IFF_UP | IFF_RUNNING;
-    const bool up = ::ioctl(fd, SIOCSIFFLAGS, &loopback) == 0;
-    ::close(fd);
-    return up;
-}
 
 struct Sphere {
     Vector3d centre_mm;
@@ -68,25 +51,21 @@ Sphere fit_sphere(const std::vector<Vector3d>& points) {
     return sphere;
 }
 
-class LinuxcncPeer : public testing::Test {
+class OnLinuxcnc : public testing::Test {
   protected:
     void SetUp() override {
-        if (cmm::test::run({"/bin/sh", "-c", "command -v linuxcnc setpriv unshare"}).exit_code != 0)
-            GTEST_SKIP() << "LinuxCNC (linuxcnc-uspace) is not installed";
-        if (::geteuid() != 0) GTEST_SKIP() << "LinuxCNC is started in namespaces of its own, which needs root";
-        if (!alone_on_the_network()) GTEST_SKIP() << "no network namespace can be made here";
-        linuxcnc_ = std::make_unique<cmm::test::Process>(
-            std::vector<std::string>{"/bin/sh", "tests/peers/linuxcnc/start.sh"}, folder_ / "linuxcnc");
-        LinkSettings settings = test::settings_for("linuxcnc://127.0.0.1:5007");
+        if (const auto obstacle = LinuxcncPeer::obstacle(); !obstacle.empty()) GTEST_SKIP() << obstacle;
+        linuxcnc_.emplace(folder_ / "linuxcnc");
+        LinkSettings settings = test::settings_for(LinuxcncPeer::url);
         settings.linuxcnc.reset_estop = true;
-        settings.linuxcnc.latch_delay_us = 500.0;  // half a servo cycle
+        settings.linuxcnc.latch_delay_us = LinuxcncPeer::latch_delay_us;
         rig_ = std::make_unique<MachineRig>(settings);
         core::Result<Capabilities> found;
         const bool up = cmm::test::wait_for([&] {
             found = rig_->run(machine().connect());
             return found.has_value() || !linuxcnc_->running();
         });
-        ASSERT_TRUE(up && found) << linuxcnc_->out() << linuxcnc_->err();
+        ASSERT_TRUE(up && found) << linuxcnc_->said();
         EXPECT_EQ(found->model, "LinuxCNC");
         EXPECT_TRUE(found->touches);
         ASSERT_TRUE(rig_->run(machine().begin_run(std::nullopt)));
@@ -102,7 +81,7 @@ class LinuxcncPeer : public testing::Test {
     }
 
     cmm::test::TemporaryFolder folder_;
-    std::unique_ptr<cmm::test::Process> linuxcnc_;
+    std::optional<LinuxcncPeer> linuxcnc_;
     std::unique_ptr<MachineRig> rig_;
 };
 
@@ -112,7 +91,7 @@ Vector3d direction(int ring, int place) {
     return {std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), std::sin(elevation)};
 }
 
-TEST_F(LinuxcncPeer, ProbesABall) {
+TEST_F(OnLinuxcnc, ProbesABall) {
     const double out_mm = ball_radius_mm + clearance_mm;
     ASSERT_TRUE(move({ball_mm.x() + out_mm * direction(0, 0).x(), ball_mm.y(), -50.0}));
     RecordingSink sink;
@@ -149,7 +128,7 @@ TEST_F(LinuxcncPeer, ProbesABall) {
     EXPECT_TRUE(rig_->run(machine().end_run()));
 }
 
-TEST_F(LinuxcncPeer, SaysWhatDidNotWork) {
+TEST_F(OnLinuxcnc, SaysWhatDidNotWork) {
     RecordingSink sink;
     // Beyond the axis limit: LinuxCNC itself refuses, nothing moves, and the next motion works.
     const auto beyond = move({900.0, 0.0, 0.0});
@@ -187,7 +166,7 @@ TEST_F(LinuxcncPeer, SaysWhatDidNotWork) {
     ASSERT_TRUE(move(above));
 }
 
-TEST_F(LinuxcncPeer, StopsInMotion) {
+TEST_F(OnLinuxcnc, StopsInMotion) {
     for (const StopKind kind : {StopKind::controlled, StopKind::emergency}) {
         const bool emergency = kind == StopKind::emergency;
         ASSERT_TRUE(move({0.0, 0.0, 0.0}));

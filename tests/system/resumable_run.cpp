@@ -10,11 +10,16 @@
 
 namespace cmm::test {
 
-std::vector<std::string> scan_command(const SimulatedMachine& machine, const std::string& part, const std::string& out,
+std::vector<std::string> scan_command(const std::string& machine, const std::string& part, const std::string& out,
                                       bool resume) {
-    std::vector<std::string> arguments{cmmlive(), "scan", "--machine", machine.url(), "--part", part, "--out", out};
+    std::vector<std::string> arguments{cmmlive(), "scan", "--machine", machine, "--part", part, "--out", out};
     if (resume) arguments.emplace_back("--resume");
     return arguments;
+}
+
+std::vector<std::string> scan_command(const SimulatedMachine& machine, const std::string& part, const std::string& out,
+                                      bool resume) {
+    return scan_command(machine.url(), part, out, resume);
 }
 
 std::uintmax_t log_size(const SimulatedMachine& machine) {

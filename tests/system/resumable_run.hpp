@@ -9,6 +9,9 @@
 
 namespace cmm::test {
 
+/// `machine`: a URL or a machine file.
+std::vector<std::string> scan_command(const std::string& machine, const std::string& part, const std::string& out,
+                                      bool resume);
 std::vector<std::string> scan_command(const SimulatedMachine& machine, const std::string& part, const std::string& out,
                                       bool resume);
 

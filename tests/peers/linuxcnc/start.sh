@@ -6,10 +6,10 @@ here=$(cd "$(dirname "$0")" && pwd)
 set -e
 mount -t tmpfs tmpfs /mnt
 mkdir -m 1777 /mnt/tmp
-cp "$here"/ball.* /mnt/
+cp "$here"/bodies.* /mnt/
 chown -R nobody /mnt
 cd /mnt
 mount --bind /mnt/tmp /tmp
 mount -t tmpfs tmpfs /dev/shm
 # Not by exec: this shell is the one whose end takes all others along.
-setpriv --reuid nobody --regid nogroup --clear-groups env HOME=/tmp USER=nobody LC_ALL=C.UTF-8 linuxcnc ball.ini </dev/null
+setpriv --reuid nobody --regid nogroup --clear-groups env HOME=/tmp USER=nobody LC_ALL=C.UTF-8 linuxcnc bodies.ini </dev/null
