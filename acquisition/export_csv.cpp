@@ -9,7 +9,7 @@
 namespace cmm::acquisition {
 namespace {
 
-constexpr int nanometre_digits = 6;  // a nanometre
+constexpr int nanometre_digits = 6;
 constexpr int unit_digits = 9;
 
 std::string cell(double value) {

@@ -3,9 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "acquisition/picometres.hpp"
-
 #include "acquisition/exports.hpp"
+#include "acquisition/file_number.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -13,7 +12,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json number(double value) {
-    return std::isfinite(value) ? Json(to_picometres(value)) : Json(nullptr);
+    return std::isfinite(value) ? Json(file_number(value)) : Json(nullptr);
 }
 Json number(const std::optional<double>& value) {
     return value ? number(*value) : Json(nullptr);

@@ -4,8 +4,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "acquisition/picometres.hpp"
-
+#include "acquisition/file_number.hpp"
 #include "acquisition/plan.hpp"
 
 namespace cmm::acquisition {
@@ -21,7 +20,7 @@ template <class Vector>
 Json numbers(const Vector& vector) {
     Json list = Json::array();
     for (const double value : vector)
-        list.push_back(to_picometres(value));
+        list.push_back(file_number(value));
     return list;
 }
 
@@ -37,9 +36,9 @@ Eigen::Matrix<double, N, 1> vector_from(const Json& list) {
 
 Json path_to_json(const PlannedPath& path) {
     Json json{{"section", path.section},
-              {"z_mm", to_picometres(path.z_mm)},
-              {"length_mm", to_picometres(path.length_mm)},
-              {"duration_s", to_picometres(path.duration_s)}};
+              {"z_mm", file_number(path.z_mm)},
+              {"length_mm", file_number(path.length_mm)},
+              {"duration_s", file_number(path.duration_s)}};
     if (path.start_mm) json["start_mm"] = numbers(*path.start_mm);
     if (path.toward_mm) json["toward_mm"] = numbers(*path.toward_mm);
     json["approach_route_mm"] = Json::array();
@@ -48,14 +47,14 @@ Json path_to_json(const PlannedPath& path) {
     json["unreached"] = Json::array();
     for (const auto& place : path.unreached) {
         json["unreached"].push_back(
-            {{"position_mm", numbers(place.position_mm)}, {"depth_mm", to_picometres(place.depth_mm)}});
+            {{"position_mm", numbers(place.position_mm)}, {"depth_mm", file_number(place.depth_mm)}});
     }
     json["points"] = Json::array();  // x y z nx ny nz speed record
     for (const auto& point : path.points) {
         Json row = numbers(point.centre_mm);
         for (const double n : point.normal)
-            row.push_back(to_picometres(n));
-        row.push_back(to_picometres(point.speed_mm_s));
+            row.push_back(file_number(n));
+        row.push_back(file_number(point.speed_mm_s));
         row.push_back(point.record ? 1 : 0);
         json["points"].push_back(std::move(row));
     }
@@ -87,14 +86,14 @@ Json clearance_to_json(const Clearance& clearance) {
     const auto& stylus = clearance.stylus;
     json["stylus"] = {
         {"radius_mm", stylus.radius_mm}, {"shank_radius_mm", stylus.shank_radius_mm}, {"length_mm", stylus.length_mm}};
-    if (!clearance.obstacles.empty()) json["top_mm"] = to_picometres(clearance.top_mm);
+    if (!clearance.obstacles.empty()) json["top_mm"] = file_number(clearance.top_mm);
     if (clearance.way_out) json["way_out"] = numbers(*clearance.way_out);
     json["obstacles"] = Json::array();
     for (const auto& obstacle : clearance.obstacles) {
         Json outline = Json::array();
         for (const auto& point : obstacle.outline)
             outline.push_back(numbers(point));
-        json["obstacles"].push_back({{"z_mm", to_picometres(obstacle.z_mm)}, {"outline_mm", std::move(outline)}});
+        json["obstacles"].push_back({{"z_mm", file_number(obstacle.z_mm)}, {"outline_mm", std::move(outline)}});
     }
     return json;
 }
@@ -119,12 +118,12 @@ Clearance clearance_from_json(const Json& json) {
 
 Json to_json_without_hash(const Plan& plan) {
     Json json{{"schema", schema_name}, {"schema_version", Plan::schema_version}, {"part", plan.part_name}};
-    json["approach_mm"] = to_picometres(plan.approach_mm);
-    json["search_mm"] = to_picometres(plan.search_mm);
-    json["travel_speed_mm_s"] = to_picometres(plan.travel_speed_mm_s);
-    json["approach_speed_mm_s"] = to_picometres(plan.approach_speed_mm_s);
-    json["length_mm"] = to_picometres(plan.length_mm);
-    json["duration_s"] = to_picometres(plan.duration_s);
+    json["approach_mm"] = file_number(plan.approach_mm);
+    json["search_mm"] = file_number(plan.search_mm);
+    json["travel_speed_mm_s"] = file_number(plan.travel_speed_mm_s);
+    json["approach_speed_mm_s"] = file_number(plan.approach_speed_mm_s);
+    json["length_mm"] = file_number(plan.length_mm);
+    json["duration_s"] = file_number(plan.duration_s);
     json["clearance"] = clearance_to_json(plan.clearance);
     json["paths"] = Json::array();
     for (const auto& path : plan.paths)

@@ -13,7 +13,7 @@
 namespace cmm::acquisition {
 
 /// Kept beside them: whether the sections are measured by single touches (1) or scanned (0). Absent in older runs.
-inline constexpr const char* by_touches = "measured_by_touches";
+inline constexpr const char* touches_key = "measured_by_touches";
 
 /// Model, serial and count size have columns of their own and are left out.
 std::map<std::string, double> capability_numbers(const drivers::Capabilities& machine);

@@ -180,7 +180,7 @@ core::Status ScanJob::start_journal(const drivers::RunOrigin& origin) {
     header.plan_hash = plan_.hash;
     header.lsb_mm = capabilities_.lsb_mm;
     header.capabilities = capability_numbers(capabilities_);
-    header.capabilities[by_touches] = touching_ ? 1.0 : 0.0;
+    header.capabilities[touches_key] = touching_ ? 1.0 : 0.0;
     header.boot_id = origin.boot_id;
     header.sequence_shift = origin.sequence_shift;
     header.ball_radius_mm = request_.part.stylus.radius_mm;

@@ -10,15 +10,12 @@
 #include "acquisition/section_touches.hpp"
 #include "acquisition/touch_way.hpp"
 #include "core/text.hpp"
+#include "drivers/refusal.hpp"
 
 namespace cmm::acquisition {
 namespace {
 
 using core::ErrorCode;
-
-core::Status refuse(std::string why) {
-    return core::fail(ErrorCode::machine_refused, std::move(why), core::Motion::stopped);
-}
 
 core::Status stopped_on_request() {
     return core::fail(ErrorCode::cancelled, "stopped on request", core::Motion::stopped);
@@ -33,16 +30,18 @@ std::string place_text(const Eigen::Vector3d& place) {
 /// A run goes on by touches or by scanning as it began: which places are left is told from its points by that.
 core::Status ScanJob::measure_as_begun() {
     const auto& numbers = journal_->header().capabilities;
-    const auto begun = numbers.find(by_touches);
+    const auto begun = numbers.find(touches_key);
     if (begun == numbers.end() || (begun->second != 0.0) == touching_) return {};
     const std::string run = request_.run_file + ": this run ";
     if (touching_ && capabilities_.scans_paths) {
         return core::fail(core::ErrorCode::usage,
                           run + "was begun by scanning: leave --touch out, or begin another run (--out) by touches");
     }
-    if (touching_) return refuse(run + "was begun by scanning, which this machine cannot: go on with another machine");
+    if (touching_)
+        return drivers::refuse(run + "was begun by scanning, which this machine cannot: go on with another machine");
     if (!capabilities_.touches) {
-        return refuse(run + "was begun by single touches, which this machine cannot take: go on with another machine");
+        return drivers::refuse(
+            run + "was begun by single touches, which this machine cannot take: go on with another machine");
     }
     touching_ = true;
     notice("going on by single touches, as the run began");

@@ -4,7 +4,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <utility>
+
+#include "drivers/refusal.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -16,10 +17,6 @@ constexpr double largest_turn_rad = 0.5236;
 constexpr double fastest_touch_mm_s = 2.0;
 constexpr double draw_back_mm_s = 5.0;  // of LinuxCNC's driver; for estimates only
 
-tl::unexpected<core::Error> cannot_measure_so(std::string why) {
-    return core::fail(core::ErrorCode::machine_refused, std::move(why), core::Motion::stopped);
-}
-
 double beside_mm(const drivers::PathPoint& place, const Eigen::Vector3d& contact_mm) {
     return (contact_mm - place.centre_mm).cross(place.normal).norm();
 }
@@ -30,12 +27,12 @@ core::Result<bool> measures_by_touches(const drivers::Capabilities& machine, boo
     const bool recorded = !machine.recorded_plan.empty();
     if (!machine.moves || recorded) {
         if (!asked) return false;
-        return cannot_measure_so(recorded ? "a recording is played as it was measured: leave --touch out"
-                                          : "a person moves this machine: leave --touch out");
+        return drivers::refuse(recorded ? "a recording is played as it was measured: leave --touch out"
+                                        : "a person moves this machine: leave --touch out");
     }
     if (!asked && machine.scans_paths) return false;
     if (machine.touches) return true;
-    return cannot_measure_so(
+    return drivers::refuse(
         machine.scans_paths
             ? "this machine scans along paths but cannot take single touches: leave --touch out"
             : "this machine can neither scan along a path nor take single touches; `cmmlive doctor` shows "

@@ -8,8 +8,8 @@
 
 namespace cmm::drivers {
 
-/// What a machine is not asked to do: machine_refused, and it stands.
-inline core::Status refuse(std::string why) {
+/// What a machine is not asked to do: machine_refused, and it stands. Any Result takes it.
+inline tl::unexpected<core::Error> refuse(std::string why) {
     return core::fail(core::ErrorCode::machine_refused, std::move(why), core::Motion::stopped);
 }
 

@@ -160,10 +160,7 @@ asio::awaitable<core::Result<Eigen::Vector3d>> ControllerMachine::touch(Eigen::V
 asio::awaitable<core::Result<ScanResult>> ControllerMachine::scan(ScanPath path, PathSource& source, SampleSink& sink) {
     if (occupied_) co_return tl::unexpected(busy_error());
     const Occupied occupied(occupied_);
-    if (path.id == 0) {
-        const auto refused = refuse("path id 0 is not used");
-        co_return tl::unexpected(refused.error());
-    }
+    if (path.id == 0) co_return refuse("path id 0 is not used");
     PathFeed feed(session_.port(), session_.capabilities(), path.id, source);
     const std::uint64_t before = session_.reader().last_delivered();
     const auto begun = co_await begin_scan(path, feed);

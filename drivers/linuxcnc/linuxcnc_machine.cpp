@@ -80,10 +80,9 @@ class LinuxcncMachine final : public Machine {
     asio::awaitable<Result<Vector3d>> touch(Vector3d target_mm, double speed_mm_s, double retract_mm,
                                             SampleSink& sink) override;
     asio::awaitable<Result<ScanResult>> scan(ScanPath /*path*/, PathSource& /*source*/, SampleSink& /*sink*/) override {
-        const auto refused = refuse(
+        co_return refuse(
             "LinuxCNC cannot scan along a path: linuxcncrsh has no stream of positions latched in time (no FIFO); it "
             "measures by single touches");
-        co_return tl::unexpected(refused.error());
     }
     asio::awaitable<Result<std::uint64_t>> drain(SampleSink& /*sink*/) override { co_return sequence_; }
     asio::awaitable<Result<MachineStatus>> state() override;
