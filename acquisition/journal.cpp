@@ -88,8 +88,8 @@ class ReadOnlyJournal final : public ReadableJournal {
     std::uint64_t durable_sequence() const noexcept override { return last_; }
     Status set_origin(std::uint32_t /*boot_id*/, std::int64_t /*sequence_shift*/) override { return refuse(); }
     Status append(std::span<const Sample> /*samples*/) override { return refuse(); }
+    Result<bool> hasten() override { return true; }
     Status flush() override { return {}; }
-    bool caught_up() const override { return true; }
     Status begin_path(const JournalPath& /*path*/) override { return refuse(); }
     Status finish_path(std::uint16_t /*path*/) override { return refuse(); }
     Status add_event(std::uint64_t /*seq*/, std::string_view /*kind*/, std::string_view /*line*/) override {
@@ -132,11 +132,8 @@ class WritingJournal final : public ReadableJournal {
     std::uint64_t durable_sequence() const noexcept override { return durable_.load(std::memory_order_acquire); }
     Status set_origin(std::uint32_t boot_id, std::int64_t sequence_shift) override;
     Status append(std::span<const Sample> samples) override;
+    Result<bool> hasten() override;
     Status flush() override { return flush_queue(); }
-    bool caught_up() const override {
-        const std::lock_guard guard(mutex_);
-        return failure_ || idle();
-    }
     Status begin_path(const JournalPath& path) override;
     Status finish_path(std::uint16_t path) override;
     Status add_event(std::uint64_t seq, std::string_view kind, std::string_view line) override {
@@ -246,8 +243,7 @@ Status WritingJournal::begin_path(const JournalPath& path) {
         }
         paths_.push_back(path);
     }
-    auto status = add_note([path](RunFile& out) { return out.add_path(path); });
-    return status ? flush() : status;
+    return add_note([path](RunFile& out) { return out.add_path(path); });
 }
 
 Status WritingJournal::finish_path(std::uint16_t path) {
@@ -269,6 +265,15 @@ Status WritingJournal::finish_run(std::string_view verdict) {
         run_finished_ = true;
     }
     return status;
+}
+
+Result<bool> WritingJournal::hasten() {
+    const std::lock_guard guard(mutex_);
+    if (failure_) return tl::unexpected(*failure_);
+    if (idle()) return true;
+    flush_wanted_ = true;
+    work_.notify_one();
+    return false;
 }
 
 Status WritingJournal::flush_queue() const {

@@ -58,12 +58,13 @@ class Journal {
     /// (journal_corrupt).
     virtual core::Status append(std::span<const core::Sample> samples) = 0;
     virtual std::uint64_t durable_sequence() const noexcept = 0;
+    /// Has everything written now. Whether it is on the disk; does not wait. An error: the disk has failed.
+    virtual core::Result<bool> hasten() = 0;
     /// Waits until everything appended is on the disk.
     virtual core::Status flush() = 0;
-    /// Whether nothing waits for the disk any more, or never will; does not wait.
-    virtual bool caught_up() const = 0;
     /// Paths and events wait in the same queue and reach the disk in order with the samples. The same id with other
-    /// facts, or the end of a path that never began, is refused (internal). The beginning is durable on return.
+    /// facts, or the end of a path that never began, is refused (internal). Nothing is to be measured before the
+    /// beginning is on the disk.
     virtual core::Status begin_path(const JournalPath& path) = 0;
     virtual core::Status finish_path(std::uint16_t path) = 0;
     virtual core::Status add_event(std::uint64_t seq, std::string_view kind, std::string_view ndjson) = 0;

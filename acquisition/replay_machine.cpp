@@ -15,6 +15,7 @@
 #include "acquisition/recording.hpp"
 #include "acquisition/replay_pace.hpp"
 #include "drivers/occupied.hpp"
+#include "drivers/until_durable.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -234,7 +235,7 @@ asio::awaitable<Result<drivers::ScanResult>> ReplayMachine::play_path(const driv
         if (!played) co_return tl::unexpected(played.error());
         passed_ += static_cast<std::uint32_t>(gap ? samples.size() : given);
     }
-    if (auto kept = sink.flush(); !kept) co_return tl::unexpected(kept.error());
+    if (auto kept = co_await drivers::until_durable(sink); !kept) co_return tl::unexpected(kept.error());
     result.points_passed = passed_;
     co_return result;
 }
@@ -254,7 +255,7 @@ asio::awaitable<Result<drivers::ScanResult>> ReplayMachine::receive(drivers::Sca
         result.last_sequence = ahead.front().sequence;
         passed_ = ++result.points_passed;
     }
-    if (auto kept = sink.flush(); !kept) co_return tl::unexpected(kept.error());
+    if (auto kept = co_await drivers::until_durable(sink); !kept) co_return tl::unexpected(kept.error());
     co_return result;
 }
 

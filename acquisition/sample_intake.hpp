@@ -31,7 +31,7 @@ class SampleIntake final : public drivers::SampleSink {
 
     core::Status on_samples(std::span<const core::Sample> samples) override;
     std::uint64_t durable_sequence() const noexcept override { return journal_.durable_sequence(); }
-    core::Status flush() override { return journal_.flush(); }
+    core::Result<bool> hasten() override { return journal_.hasten(); }
 
   private:
     void emit_progress(bool force);

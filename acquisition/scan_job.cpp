@@ -2,6 +2,10 @@
 #include "acquisition/scan_job.hpp"
 
 #include <algorithm>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/this_coro.hpp>
+#include <boost/asio/use_awaitable.hpp>
+#include <chrono>
 #include <utility>
 
 #include "acquisition/event_payload.hpp"
@@ -9,13 +13,16 @@
 #include "acquisition/plan_check.hpp"
 #include "acquisition/recorded_machine.hpp"
 #include "acquisition/touch_way.hpp"
+#include "drivers/until_durable.hpp"
 
 namespace cmm::acquisition {
-ScanJob::ScanJob(ScanRequest request, drivers::Machine& machine, const core::Clock& clock, EventHub& events)
+ScanJob::ScanJob(ScanRequest request, drivers::Machine& machine, const core::Clock& clock, EventHub& events,
+                 Workers& workers)
     : request_(std::move(request)),
       machine_(machine),
       events_(events),
-      finisher_(std::make_unique<SectionFinisher>(events, clock)) {}
+      workers_(workers),
+      finisher_(std::make_unique<SectionFinisher>(events, clock, workers)) {}
 
 ScanJob::~ScanJob() = default;
 
@@ -35,6 +42,7 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
             input == SessionInput::succeeded && state_ != SessionState::stopping && state_ != SessionState::flushing;
         if (stop_requested_ && going_on) input = SessionInput::stop_requested;
     }
+    co_await all_judged();
     ScanOutcome outcome;
     outcome.result.sections = finisher_->take_all();
     outcome.section_final = finisher_->latency();
@@ -54,7 +62,8 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
     outcome.result.complete = !outcome.error && outcome.result.sections.size() == plan_.paths.size();
     const std::string verdict(to_string(outcome.result.verdict()));
     if (journal_ && outcome.result.complete) {
-        if (auto status = journal_->finish_run(verdict); !status) outcome.error = status.error();
+        auto finish = [this, verdict] { return journal_->finish_run(verdict); };
+        if (auto status = co_await workers_.run(std::move(finish)); !status) outcome.error = status.error();
     }
     const std::string latency = "{" +
                                 JsonFields()
@@ -141,7 +150,8 @@ ScanJob::Step ScanJob::connect() {
     if (!found) co_return tl::unexpected(found.error());
     capabilities_ = *found;
     if (!capabilities_.moves && moved_by_hand_) moved_by_hand_();
-    co_return prepare();
+    auto work = [this] { return prepare(); };
+    co_return co_await workers_.run(std::move(work));
 }
 
 core::Status ScanJob::prepare() {
@@ -167,7 +177,7 @@ core::Status ScanJob::check() const {
     return require_sound(check_plan(plan_, request_.part, request_.nominal.get(), &capabilities_, touching_));
 }
 
-core::Status ScanJob::start_journal(const drivers::RunOrigin& origin) {
+ScanJob::Step ScanJob::start_journal(const drivers::RunOrigin& origin) {
     Journal::Header header;
     header.run_id = request_.run_id;
     header.started_utc = request_.started_utc;
@@ -184,10 +194,11 @@ core::Status ScanJob::start_journal(const drivers::RunOrigin& origin) {
     header.boot_id = origin.boot_id;
     header.sequence_shift = origin.sequence_shift;
     header.ball_radius_mm = request_.part.stylus.radius_mm;
-    auto journal = Journal::create(request_.run_file, header);
-    if (!journal) return tl::unexpected(journal.error());
+    auto create = [file = request_.run_file, header] { return Journal::create(file, header); };
+    auto journal = co_await workers_.run(std::move(create));
+    if (!journal) co_return tl::unexpected(journal.error());
     journal_ = std::move(*journal);
-    return {};
+    co_return core::Status{};
 }
 
 /// What happened goes into the run file as well; what can be told again from the samples does not.
@@ -239,9 +250,17 @@ ScanJob::Step ScanJob::stop_machine() {
     co_return core::Status{};
 }
 
+boost::asio::awaitable<void> ScanJob::all_judged() {
+    boost::asio::steady_timer pause(co_await boost::asio::this_coro::executor);
+    while (!finisher_->idle()) {
+        pause.expires_after(std::chrono::milliseconds(1));
+        co_await pause.async_wait(boost::asio::use_awaitable);
+    }
+}
+
 ScanJob::Step ScanJob::flush() {
     core::Status flushed;
-    if (journal_) flushed = journal_->flush();
+    if (journal_) flushed = co_await drivers::until_durable(*journal_);
     if (!flushed && may_pass(flushed.error())) {
         held_by_ = flushed.error();
         co_return flushed;

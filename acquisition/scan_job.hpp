@@ -20,6 +20,7 @@
 #include "acquisition/sample_intake.hpp"
 #include "acquisition/section_finisher.hpp"
 #include "acquisition/session.hpp"
+#include "acquisition/workers.hpp"
 #include "core/clock.hpp"
 #include "drivers/machine.hpp"
 
@@ -47,10 +48,12 @@ struct ScanOutcome {
 
 /// One run: plans, drives the machine section by section, keeps every sample, judges every section while the next is
 /// measured. The shell round the table of session.hpp. Coroutines run on the machine's executor, which owns the job's
-/// state; fits run on a thread of the job's own. `request_stop` from any thread or signal handler thread.
+/// state; what takes long (plans, fits, files) runs on the workers: nothing here holds the executor up. `request_stop`
+/// from any thread or signal handler thread.
 class ScanJob {
   public:
-    ScanJob(ScanRequest request, drivers::Machine& machine, const core::Clock& clock, EventHub& events);
+    ScanJob(ScanRequest request, drivers::Machine& machine, const core::Clock& clock, EventHub& events,
+            Workers& workers);
     ~ScanJob();
     ScanJob(const ScanJob&) = delete;
     ScanJob& operator=(const ScanJob&) = delete;
@@ -76,8 +79,8 @@ class ScanJob {
     Step recover();
     Step begin_run();
     Step resume_run();
-    core::Status reopen_journal();
-    core::Status restore_sections();
+    Step reopen_journal();
+    Step restore_sections();
     boost::asio::awaitable<core::Result<Eigen::Vector3d>> ready();
     Step take_up();
     Step leave_part();
@@ -87,7 +90,7 @@ class ScanJob {
     void announce_hold(const core::Error& cause);
     void ask_for_room(const core::Error& cause);
     boost::asio::awaitable<core::Result<bool>> has_passed(core::Error& cause);
-    core::Result<bool> replace_journal();
+    boost::asio::awaitable<core::Result<bool>> replace_journal();
     boost::asio::awaitable<bool> ran_into_something(const core::Error& error);
     boost::asio::awaitable<void> back_off(core::Error& error);
     boost::asio::awaitable<core::Result<double>> retract();
@@ -110,8 +113,9 @@ class ScanJob {
     boost::asio::awaitable<core::Result<Entry>> find_part();
     Step stop_machine();
     Step flush();
+    boost::asio::awaitable<void> all_judged();
     core::Status prepare();
-    core::Status start_journal(const drivers::RunOrigin& origin);
+    Step start_journal(const drivers::RunOrigin& origin);
     void section_completed(std::unique_ptr<LiveSection> section);
     void keep_events();
     void report_fault(const core::Error& error);
@@ -127,6 +131,7 @@ class ScanJob {
     ScanRequest request_;
     drivers::Machine& machine_;
     EventHub& events_;
+    Workers& workers_;
     std::function<void(double, std::string)> show_progress_;
     std::function<void(const std::string&)> show_notice_;
     std::function<void()> moved_by_hand_;

@@ -35,7 +35,7 @@ class HandIntake final : public drivers::HandSink {
         return {};
     }
     std::uint64_t durable_sequence() const noexcept override { return intake_.durable_sequence(); }
-    core::Status flush() override { return intake_.flush(); }
+    core::Result<bool> hasten() override { return intake_.hasten(); }
     void on_garbled(std::string_view line, std::string_view why) override {
         ++garbled_;
         const std::string text = printable(line);

@@ -114,24 +114,28 @@ boost::asio::awaitable<core::Result<bool>> ScanJob::has_passed(core::Error& caus
     }
     if (now->state == drivers::MachineState::emergency)
         co_return core::fail(ErrorCode::machine_emergency, "emergency stop", core::Motion::stopped);
-    if (cause.code == ErrorCode::journal_slow) co_return journal_->caught_up();
+    if (cause.code == ErrorCode::journal_slow) {
+        const auto durable = journal_->hasten();
+        co_return !durable || *durable;  // a disk that has failed will say so again
+    }
     if (!disk_room_.answer().value_or(false)) co_return false;
-    co_return replace_journal();
+    co_return co_await replace_journal();
 }
 
 /// A journal that the disk has failed stays failed; another one takes up the file, which ends where the disk had all.
-core::Result<bool> ScanJob::replace_journal() {
+boost::asio::awaitable<core::Result<bool>> ScanJob::replace_journal() {
     intake_.reset();
-    journal_.reset();
-    auto status = reopen_journal();
+    auto close = [failed = std::exchange(journal_, nullptr)]() mutable { failed.reset(); };
+    co_await workers_.run(std::move(close));
+    auto status = co_await reopen_journal();
     if (status) {
         keep_events();
-        return true;
+        co_return true;
     }
     journal_.reset();
     const bool again = of_disk(status.error().code) || status.error().code == ErrorCode::journal_io;
-    if (!again) return tl::unexpected(std::move(status.error()));
-    return false;
+    if (!again) co_return tl::unexpected(std::move(status.error()));
+    co_return false;
 }
 
 }  // namespace cmm::acquisition

@@ -14,6 +14,7 @@
 #include "acquisition/section_start.hpp"
 #include "acquisition/section_touches.hpp"
 #include "core/text.hpp"
+#include "drivers/until_durable.hpp"
 
 namespace cmm::acquisition {
 
@@ -44,7 +45,7 @@ ScanJob::Step ScanJob::begin_run() {
     auto origin = co_await machine_.begin_run(std::nullopt);
     if (!origin) co_return tl::unexpected(origin.error());
     owner_ = true;
-    if (auto status = start_journal(*origin); !status) co_return status;
+    if (auto status = co_await start_journal(*origin); !status) co_return status;
     intake_ = std::make_unique<SampleIntake>(*journal_, events_);
     first_durable_ = 0;
     // A stop or fault that another run ended with is not in the way of this one, once its cause is gone.
@@ -53,14 +54,14 @@ ScanJob::Step ScanJob::begin_run() {
 }
 
 ScanJob::Step ScanJob::resume_run() {
-    if (auto status = reopen_journal(); !status) co_return status;
+    if (auto status = co_await reopen_journal(); !status) co_return status;
     co_return co_await take_up();
 }
 
 /// Goes on behind the last sample of the open run file: with what the controller still holds, and clear of the part.
 ScanJob::Step ScanJob::take_up() {
     came_from_.reset();
-    if (auto status = journal_->flush(); !status) co_return status;
+    if (auto status = co_await drivers::until_durable(*journal_); !status) co_return status;
     const auto& header = journal_->header();
     const std::optional<drivers::RunOrigin> before =
         drivers::RunOrigin{header.boot_id, header.sequence_shift, journal_->durable_sequence()};
@@ -68,7 +69,8 @@ ScanJob::Step ScanJob::take_up() {
     if (!origin) co_return tl::unexpected(origin.error());
     owner_ = true;
     if (origin->boot_id != header.boot_id || origin->sequence_shift != header.sequence_shift) {
-        if (auto status = journal_->set_origin(origin->boot_id, origin->sequence_shift); !status) co_return status;
+        auto set = [this, now = *origin] { return journal_->set_origin(now.boot_id, now.sequence_shift); };
+        if (auto status = co_await workers_.run(std::move(set)); !status) co_return status;
     }
     if (!first_durable_) first_durable_ = journal_->durable_sequence();
     samples_before_ = journal_->durable_sequence() - *first_durable_;
@@ -80,44 +82,47 @@ ScanJob::Step ScanJob::take_up() {
     SectionTouches sink(*intake_, *touched);
     auto drained = co_await machine_.drain(sink);
     if (!drained) co_return tl::unexpected(drained.error());
-    if (auto status = journal_->flush(); !status) co_return status;
-    if (auto status = restore_sections(); !status) co_return status;
+    if (auto status = co_await drivers::until_durable(*journal_); !status) co_return status;
+    if (auto status = co_await restore_sections(); !status) co_return status;
     if (stop_requested_) co_return core::Status{};
     co_return co_await leave_part();
 }
 
-core::Status ScanJob::reopen_journal() {
-    auto journal = Journal::open(request_.run_file);
-    if (!journal) return tl::unexpected(journal.error());
+ScanJob::Step ScanJob::reopen_journal() {
+    auto open = [file = request_.run_file] { return Journal::open(file); };
+    auto journal = co_await workers_.run(std::move(open));
+    if (!journal) co_return tl::unexpected(journal.error());
     journal_ = std::move(*journal);
-    const auto last_event = journal_->last_event_seq();
-    if (!last_event) return tl::unexpected(last_event.error());
+    auto find_last = [this] { return journal_->last_event_seq(); };
+    const auto last_event = co_await workers_.run(std::move(find_last));
+    if (!last_event) co_return tl::unexpected(last_event.error());
     events_.continue_after(*last_event);
     const auto& header = journal_->header();
     if (header.plan_hash != plan_.hash) {
-        return core::fail(core::ErrorCode::config_invalid,
-                          request_.run_file + ": was planned from another part file; use the part file of that run");
+        co_return core::fail(core::ErrorCode::config_invalid,
+                             request_.run_file + ": was planned from another part file; use the part file of that run");
     }
     if (header.lsb_mm != capabilities_.lsb_mm) {
-        return core::fail(core::ErrorCode::config_invalid,
-                          request_.run_file + ": was measured in counts of " + core::fixed(header.lsb_mm * 1e6, 3) +
-                              " nm, this machine has counts of " + core::fixed(capabilities_.lsb_mm * 1e6, 3) +
-                              " nm; go on with the machine of that run");
+        co_return core::fail(core::ErrorCode::config_invalid,
+                             request_.run_file + ": was measured in counts of " + core::fixed(header.lsb_mm * 1e6, 3) +
+                                 " nm, this machine has counts of " + core::fixed(capabilities_.lsb_mm * 1e6, 3) +
+                                 " nm; go on with the machine of that run");
     }
-    if (auto status = measure_as_begun(); !status) return status;
+    if (auto status = measure_as_begun(); !status) co_return status;
     request_.run_id = header.run_id;
     request_.started_utc = header.started_utc;
-    return {};
+    co_return core::Status{};
 }
 
-core::Status ScanJob::restore_sections() {
-    auto recorded = recorded_sections(*journal_);
-    if (!recorded) return tl::unexpected(recorded.error());
+ScanJob::Step ScanJob::restore_sections() {
+    auto read = [this] { return recorded_sections(*journal_); };
+    auto recorded = co_await workers_.run(std::move(read));
+    if (!recorded) co_return tl::unexpected(recorded.error());
     std::size_t samples = 0;
     for (auto& section : *recorded) {
         if (section.index >= setups_.size()) {
-            return core::fail(core::ErrorCode::journal_corrupt,
-                              request_.run_file + ": names a section that the plan does not have");
+            co_return core::fail(core::ErrorCode::journal_corrupt,
+                                 request_.run_file + ": names a section that the plan does not have");
         }
         last_path_ = std::max(last_path_, section.last_path);
         samples += section.points.size();
@@ -126,7 +131,7 @@ core::Status ScanJob::restore_sections() {
         if (section.finished || whole) {
             // The host was cut off between the last sample and this note.
             if (!section.finished) {
-                if (auto status = journal_->finish_path(section.last_path); !status) return status;
+                if (auto status = journal_->finish_path(section.last_path); !status) co_return status;
             }
             if (done_[section.index]) continue;  // judged before the run was held up
             auto live = std::make_unique<LiveSection>(setups_[section.index], capabilities_.lsb_mm,
@@ -138,7 +143,7 @@ core::Status ScanJob::restore_sections() {
         }
     }
     events_.emit(EventKind::resume, 0.0, JsonFields().add("samples", samples).add("paths", recorded->size()).text());
-    return {};
+    co_return core::Status{};
 }
 
 /// How the machine stands, after a motion under way (that a killed host began, say) was ended and seen to end.

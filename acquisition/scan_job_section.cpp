@@ -7,6 +7,7 @@
 #include "acquisition/scan_job.hpp"
 #include "acquisition/section_start.hpp"
 #include "core/text.hpp"
+#include "drivers/until_durable.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -78,7 +79,7 @@ ScanJob::Step ScanJob::scan() {
     entry.section = section_;
     entry.first_index = static_cast<std::uint32_t>(restored_[section_].size());
     if (auto status = journal_->begin_path(entry); !status) co_return status;
-    if (auto status = journal_->flush(); !status) co_return status;
+    if (auto status = co_await drivers::until_durable(*journal_); !status) co_return status;
     events_.emit(EventKind::path_started, 0.0,
                  JsonFields()
                      .add("section", section_)

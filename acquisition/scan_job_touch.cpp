@@ -11,6 +11,7 @@
 #include "acquisition/touch_way.hpp"
 #include "core/text.hpp"
 #include "drivers/refusal.hpp"
+#include "drivers/until_durable.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -103,7 +104,7 @@ ScanJob::Step ScanJob::touch_along(std::uint16_t path, drivers::PathSource& sour
             came_from_ = point;
         }
         const auto contact = co_await touch(place, sink);
-        if (auto kept = sink.flush(); !kept) co_return kept;
+        if (auto kept = co_await drivers::until_durable(sink); !kept) co_return kept;
         if (contact) {
             missed = 0;
             proud_mm = std::clamp(place.normal.dot(*contact - place.centre_mm), 0.0, plan_.search_mm);
@@ -117,7 +118,7 @@ ScanJob::Step ScanJob::touch_along(std::uint16_t path, drivers::PathSource& sour
     }
     const auto drained = co_await machine_.drain(sink);
     if (!drained) co_return tl::unexpected(drained.error());
-    co_return sink.flush();
+    co_return co_await drivers::until_durable(sink);
 }
 
 /// From above the place, which came_from_ is. After machine_no_contact the probe is back there.

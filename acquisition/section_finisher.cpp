@@ -20,29 +20,28 @@ LatencySummary summarise(std::vector<double> times_ms) {
     return {times_ms.size(), rank(0.50), rank(0.99), times_ms.back()};
 }
 
-SectionFinisher::SectionFinisher(EventHub& events, const core::Clock& clock)
-    : events_(events), clock_(clock), thread_([this] { work(); }) {}
+SectionFinisher::SectionFinisher(EventHub& events, const core::Clock& clock, Workers& workers)
+    : events_(events), clock_(clock), workers_(workers) {}
 
 SectionFinisher::~SectionFinisher() {
-    {
-        const std::lock_guard lock(mutex_);
-        closing_ = true;
-    }
-    changed_.notify_all();
-    thread_.join();
+    std::unique_lock lock(mutex_);
+    changed_.wait(lock, [this] { return !busy_; });
 }
 
 void SectionFinisher::submit(std::unique_ptr<LiveSection> section) {
-    {
-        const std::lock_guard lock(mutex_);
-        waiting_.push_back(std::move(section));
-    }
-    changed_.notify_all();
+    const std::lock_guard lock(mutex_);
+    waiting_.push_back(std::move(section));
+    if (!std::exchange(busy_, true)) workers_.post([this] { work(); });
+}
+
+bool SectionFinisher::idle() const {
+    const std::lock_guard lock(mutex_);
+    return !busy_;
 }
 
 std::vector<SectionResult> SectionFinisher::take_all() {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, [this] { return waiting_.empty() && !busy_; });
+    changed_.wait(lock, [this] { return !busy_; });
     std::sort(results_.begin(), results_.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
     return std::exchange(results_, {});
 }
@@ -54,12 +53,9 @@ LatencySummary SectionFinisher::latency() const {
 
 void SectionFinisher::work() {
     std::unique_lock lock(mutex_);
-    while (true) {
-        changed_.wait(lock, [this] { return closing_ || !waiting_.empty(); });
-        if (waiting_.empty()) return;
+    while (!waiting_.empty()) {
         const auto section = std::move(waiting_.front());
         waiting_.pop_front();
-        busy_ = true;
         lock.unlock();
         auto result = judge_.finish(section->setup(), section->points());
         std::optional<double> latency_ms;
@@ -69,9 +65,9 @@ void SectionFinisher::work() {
         lock.lock();
         if (latency_ms) latencies_ms_.push_back(*latency_ms);
         results_.push_back(std::move(result));
-        busy_ = false;
-        changed_.notify_all();
     }
+    busy_ = false;
+    changed_.notify_all();  // under the mutex: who waits may destroy this object
 }
 
 void SectionFinisher::announce(const SectionResult& result, double t_machine_s, std::optional<double> latency_ms) {

@@ -6,12 +6,12 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <thread>
 #include <vector>
 
 #include "acquisition/events.hpp"
 #include "acquisition/live_section.hpp"
 #include "acquisition/section_result.hpp"
+#include "acquisition/workers.hpp"
 #include "core/clock.hpp"
 
 namespace cmm::acquisition {
@@ -23,17 +23,19 @@ struct LatencySummary {
 };
 LatencySummary summarise(std::vector<double> times_ms);
 
-/// Fits and judges completed sections on a thread of its own, while the machine measures on, and announces them
-/// (SectionFinal, PointRejected, CharacteristicUpdated, GateDecision). `submit` never waits for a fit; any thread.
+/// Fits and judges completed sections on the workers, one after another, while the machine measures on, and announces
+/// them (SectionFinal, PointRejected, CharacteristicUpdated, GateDecision). `submit` never waits for a fit; any thread.
 class SectionFinisher {
   public:
-    SectionFinisher(EventHub& events, const core::Clock& clock);
+    SectionFinisher(EventHub& events, const core::Clock& clock, Workers& workers);
     /// Waits for the fits under way.
     ~SectionFinisher();
     SectionFinisher(const SectionFinisher&) = delete;
     SectionFinisher& operator=(const SectionFinisher&) = delete;
 
     void submit(std::unique_ptr<LiveSection> section);
+    /// Whether all submitted sections are finished.
+    bool idle() const;
     /// Waits until all submitted sections are finished and hands them over, by index.
     std::vector<SectionResult> take_all();
     /// From a section's last sample (host receive time) to its SectionFinal; sections restored from a run file have
@@ -46,14 +48,14 @@ class SectionFinisher {
 
     EventHub& events_;
     const core::Clock& clock_;
+    Workers& workers_;
     mutable std::mutex mutex_;
     std::condition_variable changed_;
-    SectionJudge judge_;  // the working thread's
+    SectionJudge judge_;  // of the worker, while busy
     std::deque<std::unique_ptr<LiveSection>> waiting_;
     std::vector<SectionResult> results_;
     std::vector<double> latencies_ms_;
-    bool busy_ = false, closing_ = false;
-    std::thread thread_;
+    bool busy_ = false;  // a worker has been asked to go through those waiting, and has not ended
 };
 
 }  // namespace cmm::acquisition

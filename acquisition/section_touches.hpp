@@ -26,7 +26,7 @@ class SectionTouches final : public drivers::SampleSink {
         return sink_.on_samples(points);
     }
     std::uint64_t durable_sequence() const noexcept override { return sink_.durable_sequence(); }
-    core::Status flush() override { return sink_.flush(); }
+    core::Result<bool> hasten() override { return sink_.hasten(); }
 
   private:
     drivers::SampleSink& sink_;

@@ -129,7 +129,8 @@ int run_main_job(const RunnerOptions& options) {
 
     Progress progress(options.json && ::isatty(STDERR_FILENO) == 0);
     if (!options.title.empty()) progress.line(options.title);
-    acquisition::ScanJob job(std::move(*request), **machine, clock, events);
+    acquisition::Workers workers;
+    acquisition::ScanJob job(std::move(*request), **machine, clock, events, workers);
     job.on_progress([&](double share, const std::string& text) { progress.show(share, text); });
     std::optional<HandCommands> commands;
     job.on_moved_by_hand([&] {

@@ -42,7 +42,8 @@ core::Result<Run> scan(const std::string& url, const std::string& part_file, con
     const auto registry = drivers::standard_registry();
     auto machine = registry.make(*link, drivers::DriverContext{asio::make_strand(context), clock, 1});
     if (!machine) return tl::unexpected(machine.error());
-    acquisition::ScanJob job(std::move(*request), **machine, clock, events);
+    acquisition::Workers workers;
+    acquisition::ScanJob job(std::move(*request), **machine, clock, events, workers);
     Run run;
     auto done = [&](const std::exception_ptr& thrown, acquisition::ScanOutcome result) {
         if (thrown) std::rethrow_exception(thrown);

@@ -101,8 +101,8 @@ class Latencies {
 /// One machine of the host, with its run on a strand of its own.
 struct Station {
     Station(const asio::strand<asio::io_context::executor_type>& on, const core::Clock& clock,
-            acquisition::ScanRequest what, std::unique_ptr<drivers::Machine> whom)
-        : strand(on), events(clock), machine(std::move(whom)), job(std::move(what), *machine, clock, events) {}
+            acquisition::Workers& workers, acquisition::ScanRequest what, std::unique_ptr<drivers::Machine> whom)
+        : strand(on), events(clock), machine(std::move(whom)), job(std::move(what), *machine, clock, events, workers) {}
     asio::strand<asio::io_context::executor_type> strand;
     acquisition::EventHub events;
     std::unique_ptr<drivers::Machine> machine;
@@ -122,7 +122,8 @@ class Host {
         const auto strand = asio::make_strand(context_);
         auto machine = drivers::standard_registry().make(*link, {strand, clock_, stations_.size() + 1});
         if (!machine) throw std::runtime_error(machine.error().text());
-        stations_.push_back(std::make_unique<Station>(strand, clock_, std::move(*request), std::move(*machine)));
+        stations_.push_back(
+            std::make_unique<Station>(strand, clock_, workers_, std::move(*request), std::move(*machine)));
         latencies_.listen(stations_.back()->events);
     }
 
@@ -149,6 +150,7 @@ class Host {
 
   private:
     core::SystemClock clock_;
+    acquisition::Workers workers_;
     asio::io_context context_;
     Latencies latencies_;
     LateTimer timer_{context_};

@@ -118,8 +118,8 @@ class PointList final : public PathSource {
     std::span<const PathPoint> points_;
 };
 
-/// Takes samples: each exactly once, in sequence order, gap-free. Called on the machine's executor; may block for some
-/// milliseconds, never for the controller's watchdog time.
+/// Takes samples: each exactly once, in sequence order, gap-free. Called on the machine's executor; does
+/// not wait for the disk.
 class SampleSink {
   public:
     virtual ~SampleSink() = default;
@@ -127,8 +127,9 @@ class SampleSink {
     virtual core::Status on_samples(std::span<const core::Sample> samples) = 0;
     /// The last sample that a power cut cannot take away any more: only these are acknowledged to the controller.
     virtual std::uint64_t durable_sequence() const noexcept = 0;
-    /// Everything of a path was delivered: make it durable now, do not wait for more.
-    virtual core::Status flush() = 0;
+    /// Everything of a path was delivered: make it durable now, do not wait for more. Whether all of it is durable;
+    /// does not wait (until_durable.hpp does). An error: the disk has failed.
+    virtual core::Result<bool> hasten() = 0;
 };
 
 /// Takes what a machine that is moved by hand sends. Called on the machine's executor.

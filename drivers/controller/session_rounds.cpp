@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a session's rounds are made of, and what becomes of the samples that they bring.
 #include <algorithm>
+#include <chrono>
 #include <string>
 #include <vector>
 
 #include "drivers/controller/session.hpp"
+#include "drivers/until_durable.hpp"
 
 namespace cmm::drivers::controller {
 namespace {
 
 namespace asio = boost::asio;
 
-constexpr double durable_patience_ms = 30'000.0;  // a slow disk, not a dead one
+constexpr double durable_patience_ms = std::chrono::duration<double, std::milli>(durable_patience).count();
 
 }  // namespace
 
@@ -134,24 +136,17 @@ asio::awaitable<core::Status> Session::drain(SampleSink& sink) {
 }
 
 asio::awaitable<core::Status> Session::settle(SampleSink& sink) {
-    auto flushed = sink.flush();
-    if (!flushed) co_return flushed;
     const double give_up_ms = port_->now_ms() + durable_patience_ms;
-    const std::uint64_t last = reader_.last_delivered();
     for (;;) {
-        const bool durable = sink.durable_sequence() >= last;
+        const auto durable = sink.hasten();
+        if (!durable) co_return tl::unexpected(durable.error());
         const auto block = co_await exchange(&sink, nullptr, false);
         if (!block) {
             const core::Error error = lost(block.error());
             co_return tl::unexpected(error);
         }
-        if (durable) co_return core::Status{};
-        if (port_->now_ms() >= give_up_ms) {
-            co_return core::fail(core::ErrorCode::journal_slow,
-                                 "samples from " + std::to_string(sink.durable_sequence() + 1) + " to " +
-                                     std::to_string(last) + " did not become durable within " +
-                                     std::to_string(static_cast<int>(durable_patience_ms / 1000.0)) + " s");
-        }
+        if (*durable) co_return core::Status{};
+        if (port_->now_ms() >= give_up_ms) co_return not_durable_in_time();
         co_await pause(poll_ms_);
     }
 }

@@ -11,6 +11,7 @@
 #include "drivers/dro/dro_reader.hpp"
 #include "drivers/dro/line_format.hpp"
 #include "drivers/occupied.hpp"
+#include "drivers/until_durable.hpp"
 
 namespace cmm::drivers::dro {
 namespace {
@@ -191,7 +192,7 @@ asio::awaitable<Result<ScanResult>> DroMachine::receive(ScanPath path, HandSink&
         }
         co_await pause();
     }
-    if (auto kept = sink.flush(); !kept) co_return tl::unexpected(kept.error());
+    if (auto kept = co_await until_durable(sink); !kept) co_return tl::unexpected(kept.error());
     co_return result;
 }
 

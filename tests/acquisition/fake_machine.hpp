@@ -11,6 +11,7 @@
 
 #include "core/clock.hpp"
 #include "drivers/machine.hpp"
+#include "drivers/until_durable.hpp"
 #include "tests/acquisition/session_fixture.hpp"
 
 namespace cmm::acquisition {
@@ -148,7 +149,7 @@ class FakeMachine final : public drivers::Machine {
             }
         }
         if (auto failed = enter("retract"); !failed) co_return tl::unexpected(failed.error());
-        if (auto flushed = sink.flush(); !flushed) co_return tl::unexpected(flushed.error());
+        if (auto kept = co_await drivers::until_durable(sink); !kept) co_return tl::unexpected(kept.error());
         result.last_sequence = sequence_;
         co_return result;
     }

@@ -73,7 +73,7 @@ TEST_F(SampleIntakeTest, OnlySamplesOfItsPathThatAreNoTouchesEnterTheSection) {
 TEST_F(SampleIntakeTest, WithoutASectionSamplesGoIntoTheJournal) {
     feed(50);
     EXPECT_TRUE(log.all().empty());
-    ASSERT_TRUE(intake.flush());
+    ASSERT_TRUE(journal->flush());
     EXPECT_EQ(intake.durable_sequence(), samples.size());
 }
 

@@ -69,7 +69,8 @@ struct ScanJobTest : ::testing::Test {
         boost::asio::io_context context;
         EventHub events(clock);
         const EventLog log(events);
-        ScanJob scan(request(resume), machine, clock, events);
+        Workers workers(1);
+        ScanJob scan(request(resume), machine, clock, events, workers);
         if (with_job) with_job(scan);
         Ran ran;
         auto done = [&](const std::exception_ptr& thrown, ScanOutcome outcome) {

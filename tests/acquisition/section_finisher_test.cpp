@@ -34,6 +34,7 @@ struct SectionFinisherTest : ::testing::Test {
     core::ManualClock clock;
     EventHub events{clock};
     EventLog log{events};
+    Workers workers{1};
 
     std::unique_ptr<LiveSection> section(std::size_t index, double thicken_mm = 0.0) const {
         const auto samples = samples_of(job.plan.paths[index], 1, 1, thicken_mm);
@@ -44,7 +45,7 @@ struct SectionFinisherTest : ::testing::Test {
 };
 
 TEST_F(SectionFinisherTest, HandsSectionsOverByIndexAndOnce) {
-    SectionFinisher finisher(events, clock);
+    SectionFinisher finisher(events, clock, workers);
     finisher.submit(section(1));
     finisher.submit(section(0));
     const auto results = finisher.take_all();
@@ -65,7 +66,7 @@ TEST_F(SectionFinisherTest, AnnouncesWhatItFound) {
     live->add(samples);
     std::vector<SectionResult> results;
     {
-        SectionFinisher finisher(events, clock);
+        SectionFinisher finisher(events, clock, workers);
         finisher.submit(std::move(live));
         results = finisher.take_all();
     }
@@ -85,7 +86,7 @@ TEST_F(SectionFinisherTest, AnnouncesWhatItFound) {
 }
 
 TEST_F(SectionFinisherTest, LatencyCountsFromTheLastSample) {
-    SectionFinisher finisher(events, clock);
+    SectionFinisher finisher(events, clock, workers);
     auto live = section(0);
     clock.advance(*live->last_sample_host_time() + std::chrono::microseconds(12345));
     finisher.submit(std::move(live));
@@ -98,7 +99,7 @@ TEST_F(SectionFinisherTest, LatencyCountsFromTheLastSample) {
 }
 
 TEST_F(SectionFinisherTest, ARestoredSectionHasNoLatency) {
-    SectionFinisher finisher(events, clock);
+    SectionFinisher finisher(events, clock, workers);
     clock.advance(std::chrono::hours(24));
     auto restored = std::make_unique<LiveSection>(setups[0], test_lsb_mm, core::PartFromMachine(), 0);
     restored->restore(section(0)->points());
@@ -109,7 +110,7 @@ TEST_F(SectionFinisherTest, ARestoredSectionHasNoLatency) {
 }
 
 TEST_F(SectionFinisherTest, ASectionThatCannotBeFittedSaysWhy) {
-    SectionFinisher finisher(events, clock);
+    SectionFinisher finisher(events, clock, workers);
     auto live = std::make_unique<LiveSection>(setups[0], test_lsb_mm, core::PartFromMachine(), 0);
     const auto samples = samples_of(job.plan.paths[0], 1, 1);
     live->add(std::span(samples).first(5));
@@ -123,7 +124,7 @@ TEST_F(SectionFinisherTest, ASectionThatCannotBeFittedSaysWhy) {
 
 TEST_F(SectionFinisherTest, TheEndWaitsForWhatWasSubmitted) {
     {
-        SectionFinisher finisher(events, clock);
+        SectionFinisher finisher(events, clock, workers);
         finisher.submit(section(0));
         finisher.submit(section(1));
     }

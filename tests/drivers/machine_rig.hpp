@@ -35,17 +35,17 @@ class RecordingSink final : public SampleSink {
         return {};
     }
     std::uint64_t durable_sequence() const noexcept override { return durable; }
-    core::Status flush() override {
-        ++flushes;
-        if (durable_on_flush) durable = last;
-        return {};
+    core::Result<bool> hasten() override {
+        ++hastened;
+        if (durable_when_hastened) durable = last;
+        return durable == last;
     }
     std::size_t delivered() const { return delivered_; }
 
-    bool immediately_durable = true, durable_on_flush = true;
+    bool immediately_durable = true, durable_when_hastened = true;
     std::uint64_t last = 0, durable = 0;
     std::size_t fail_at = 0;  // 0: never
-    int flushes = 0;
+    int hastened = 0;
     std::vector<core::Sample> kept;
     std::vector<std::uint64_t> out_of_order;
     std::function<void()> on_delivery;
