@@ -17,18 +17,19 @@ constexpr int grid_heights = 16;
 constexpr int directions = 72;
 constexpr double check_step_mm = 0.25;
 
-double distance_to_segment(const Vector2d& p, const Vector2d& a, const Vector2d& b) {
+double squared_distance_to_segment(const Vector2d& p, const Vector2d& a, const Vector2d& b) {
     const Vector2d d = b - a;
-    const double t = d.squaredNorm() > 0.0 ? std::clamp((p - a).dot(d) / d.squaredNorm(), 0.0, 1.0) : 0.0;
-    return (p - a - t * d).norm();
+    const double length2 = d.squaredNorm();
+    const double t = length2 > 0.0 ? std::clamp((p - a).dot(d) / length2, 0.0, 1.0) : 0.0;
+    return (p - a - t * d).squaredNorm();
 }
 
 /// Douglas and Peucker 1973, between two kept corners.
 void keep_corners(const std::vector<Vector2d>& points, std::size_t from, std::size_t to, std::vector<bool>& keep) {
     std::size_t farthest = from;
-    double worst = outline_tolerance_mm;
+    double worst = outline_tolerance_mm * outline_tolerance_mm;
     for (std::size_t i = from + 1; i < to; ++i) {
-        const double off = distance_to_segment(points[i], points[from], points[to % points.size()]);
+        const double off = squared_distance_to_segment(points[i], points[from], points[to % points.size()]);
         if (off > worst) {
             worst = off;
             farthest = i;
@@ -107,11 +108,11 @@ double distance_to_outline(const Vector2d& p, const std::vector<Vector2d>& outli
     bool inside = false;
     for (std::size_t i = 0; i < outline.size(); ++i) {
         const Vector2d &a = outline[i], &b = outline[(i + 1) % outline.size()];
-        best = std::min(best, distance_to_segment(p, a, b));
+        best = std::min(best, squared_distance_to_segment(p, a, b));
         const bool crosses = (a.y() > p.y()) != (b.y() > p.y());
         if (crosses && p.x() < a.x() + (p.y() - a.y()) * (b.x() - a.x()) / (b.y() - a.y())) inside = !inside;
     }
-    return inside ? -best : best;
+    return inside ? -std::sqrt(best) : std::sqrt(best);
 }
 
 bool Clearance::outside(const Vector3d& p) const {

@@ -151,7 +151,7 @@ ScanJob::Step ScanJob::connect() {
     capabilities_ = *found;
     if (!capabilities_.moves && moved_by_hand_) moved_by_hand_();
     auto work = [this] { return prepare(); };
-    co_return co_await workers_.run(std::move(work));
+    co_return co_await workers_.run_long(std::move(work));
 }
 
 core::Status ScanJob::prepare() {

@@ -125,8 +125,12 @@ boost::asio::awaitable<core::Result<bool>> ScanJob::has_passed(core::Error& caus
 /// A journal that the disk has failed stays failed; another one takes up the file, which ends where the disk had all.
 boost::asio::awaitable<core::Result<bool>> ScanJob::replace_journal() {
     intake_.reset();
-    auto close = [failed = std::exchange(journal_, nullptr)]() mutable { failed.reset(); };
-    co_await workers_.run(std::move(close));
+    // The disk may hold up its end as well.
+    auto close = [failed = std::exchange(journal_, nullptr)]() mutable {
+        failed.reset();
+        return core::Status{};
+    };
+    (void)co_await workers_.run(std::move(close));
     auto status = co_await reopen_journal();
     if (status) {
         keep_events();

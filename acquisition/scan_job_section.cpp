@@ -34,7 +34,10 @@ boost::asio::awaitable<core::Result<bool>> ScanJob::approach() {
                            : above(points[std::min(next_planned(), points.size() - 1)], plan_.approach_mm);
     // Resumed beside the last contact: already there. Without a nominal no way round the part is known that is safer.
     const bool beside = (now->position_mm - start).norm() < 2.0 * plan_.approach_mm && !restored_[section_].empty();
-    const auto route = beside ? std::vector<Eigen::Vector3d>{start} : travel_route(plan_, now->position_mm, start);
+    auto find = [this, beside, from = now->position_mm, start] {
+        return beside ? std::vector<Eigen::Vector3d>{start} : travel_route(plan_, from, start);
+    };
+    const auto route = co_await workers_.run(std::move(find));
     Eigen::Vector3d from = now->position_mm;
     for (const auto& point : route) {
         if (auto status = co_await travel(from, point); !status) {

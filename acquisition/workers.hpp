@@ -1,43 +1,77 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <boost/asio/associated_executor.hpp>
+#include <boost/asio/async_result.hpp>
 #include <boost/asio/awaitable.hpp>
-#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/executor_work_guard.hpp>
+#include <boost/asio/post.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <boost/asio/use_awaitable.hpp>
+#include <exception>
 #include <functional>
 #include <type_traits>
 #include <utility>
 
 namespace cmm::acquisition {
 
-/// The threads for what takes longer than a machine may wait: plans, fits, files. One set for all jobs of a process, in
-/// the order asked for. They leave one core to the loops that talk to the machines (ADR 11). Any thread; outlives all
-/// who use it.
+/// The threads for what takes longer than a machine may wait: fits, files and ways (milliseconds) on some, plans
+/// (seconds, of a million points) on one of its own, so that no section's result waits for another job's plan. One set
+/// for all jobs of a process; each kind in the order asked for (ADR 11). Any thread; outlives all who use it.
 class Workers {
   public:
-    /// As many as the processor has cores but one, at least one.
+    /// For the short work as many as the processor has cores but one, at least one: the loops that talk to the machines
+    /// have a core.
     Workers();
-    explicit Workers(std::size_t threads) : pool_(threads) {}
-    ~Workers() { pool_.join(); }
+    explicit Workers(std::size_t threads) : short_(threads) {}
+    ~Workers() {
+        long_.join();
+        short_.join();
+    }
     Workers(const Workers&) = delete;
     Workers& operator=(const Workers&) = delete;
 
-    void post(std::function<void()> work);
+    void post(std::function<void()> work) { boost::asio::post(short_, std::move(work)); }
 
-    /// What `work` returns, without holding up the executor of the coroutine that awaits it.
+    /// What `work` returns (default constructible), without holding up the executor of the coroutine that awaits it.
     template <class Work>
     boost::asio::awaitable<std::invoke_result_t<Work&>> run(Work work) {
-        return boost::asio::co_spawn(pool_, call(std::move(work)), boost::asio::use_awaitable);
+        return on(short_, std::move(work));
+    }
+    /// The same for work that may take seconds.
+    template <class Work>
+    boost::asio::awaitable<std::invoke_result_t<Work&>> run_long(Work work) {
+        return on(long_, std::move(work));
     }
 
   private:
+    // Not by co_spawn: what never suspends is put back there behind all that waits before its answer goes out.
     template <class Work>
-    static boost::asio::awaitable<std::invoke_result_t<Work&>> call(Work work) {
-        co_return work();
+    static boost::asio::awaitable<std::invoke_result_t<Work&>> on(boost::asio::thread_pool& pool, Work work) {
+        using Answer = std::invoke_result_t<Work&>;
+        auto begin = [&pool](auto handler, Work what) {
+            const auto executor = boost::asio::get_associated_executor(handler);
+            auto task = [what = std::move(what), handler = std::move(handler),
+                         awaited = boost::asio::make_work_guard(executor)]() mutable {
+                std::exception_ptr thrown;
+                Answer answer{};
+                try {
+                    answer = what();
+                } catch (...) {
+                    thrown = std::current_exception();
+                }
+                boost::asio::post(awaited.get_executor(),
+                                  [handler = std::move(handler), thrown, answer = std::move(answer)]() mutable {
+                                      std::move(handler)(thrown, std::move(answer));
+                                  });
+            };
+            boost::asio::post(pool, std::move(task));
+        };
+        return boost::asio::async_initiate<const boost::asio::use_awaitable_t<>&, void(std::exception_ptr, Answer)>(
+            std::move(begin), boost::asio::use_awaitable, std::move(work));
     }
 
-    boost::asio::thread_pool pool_;
+    boost::asio::thread_pool short_, long_{1};
 };
 
 }  // namespace cmm::acquisition

@@ -24,6 +24,11 @@ constexpr double first_points_patience_ms = 1000.0;
 constexpr double shortest_pause_ms =
     0.2;  // while a path is being invented, its next points depend on the newest samples
 
+// Where the controller has points for eight more pauses like the last, it is asked less often: each exchange costs the
+// host a tenth of a millisecond, and a plant has many machines.
+constexpr std::uint32_t pauses_provided_for = 8;
+constexpr double longest_pause_polls = 4.0;
+
 bool on_path(const FifoBlock& block) {
     return block.state == static_cast<std::uint16_t>(MachineState::scanning) ||
            block.state == static_cast<std::uint16_t>(MachineState::starved);
@@ -227,7 +232,7 @@ asio::awaitable<core::Result<StatusBlock>> ControllerMachine::follow_path(Status
         const double now_ms = session_.port().now_ms();
         ask_status = ask_status || now_ms >= status_due_ms;
         if (ask_status) status_due_ms = now_ms + every_ms;
-        const std::uint32_t taken = feed.taken();
+        const std::uint32_t taken = feed.taken(), passed = feed.behind_probe();
         auto block = co_await session_.exchange(&sink, &feed, ask_status);
         if (!block) {
             core::Error error = co_await session_.abandon(std::move(block.error()));
@@ -241,10 +246,15 @@ asio::awaitable<core::Result<StatusBlock>> ControllerMachine::follow_path(Status
         // Every sample is a point passed: known sooner than from the status.
         if (block->newest > newest_before) feed.passed(block->newest - newest_before);
         ask_status = !on_path(*block) || block->path_ended();
-        const bool at_once = block->more() || feed.taken() != taken;
-        pause_ms = at_once || block->count > 0 ? shortest_pause_ms : std::min(2.0 * pause_ms, session_.poll_ms());
+        const bool provided = feed.lasts(pauses_provided_for, feed.behind_probe() - passed);
+        const bool at_once = block->more() || (feed.taken() != taken && !provided);
+        if (provided) {
+            pause_ms = std::min(2.0 * pause_ms, longest_pause_polls * session_.poll_ms());
+        } else {
+            pause_ms = at_once || block->count > 0 ? shortest_pause_ms : std::min(2.0 * pause_ms, session_.poll_ms());
+        }
         if (at_once) continue;
-        const double wait_ms = feed.complete() ? session_.poll_ms() : pause_ms;
+        const double wait_ms = feed.complete() ? std::max(pause_ms, session_.poll_ms()) : pause_ms;
         co_await session_.pause(wait_ms);
         feed.try_again();
     }

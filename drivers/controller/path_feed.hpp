@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <span>
@@ -31,6 +32,10 @@ class PathFeed {
     std::size_t window_points() const noexcept { return window_points_; }
     std::uint32_t behind_probe() const noexcept { return passed_; }
     std::uint32_t taken() const noexcept { return taken_; }
+    /// Whether the controller has points for so many more rounds in which the probe passes so many.
+    bool lasts(std::uint32_t rounds, std::uint32_t points_a_round) const noexcept {
+        return taken_ - passed_ >= rounds * std::max<std::uint32_t>(points_a_round, 1);
+    }
     /// Every point is with the controller.
     bool complete() const noexcept { return ended_ && pending_.empty(); }
     /// A window was refused as busy: it is offered again after progress, or after try_again().
