@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "fitting/bernstein_signs.hpp"
+#include "fitting/cell_order.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -154,22 +155,12 @@ std::vector<std::uint32_t> ClosestPointIndex::neighbours_first(std::span<const V
         return static_cast<std::uint32_t>(std::max(0.0, std::min(at, grid_cells - 1.0)));
     };
     std::vector<std::uint16_t> cell(points.size());
-    std::array<std::uint32_t, cell_count + 1> first{};
-    std::size_t jumps = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
         const Vec2 at = (points[i] - low).cwiseProduct(scale);
         const std::uint32_t row = axis(at.y()), column = axis(at.x());
         cell[i] = static_cast<std::uint16_t>(row * static_cast<std::uint32_t>(grid_cells) + column);
-        ++first[cell[i] + 1U];
-        jumps += i > 0 && cell[i] != cell[i - 1];
     }
-    if (jumps < points.size() / 4) return {};
-    for (std::size_t c = 1; c < first.size(); ++c)
-        first[c] += first[c - 1];
-    std::vector<std::uint32_t> order(points.size());
-    for (std::size_t i = 0; i < points.size(); ++i)
-        order[first[cell[i]]++] = static_cast<std::uint32_t>(i);
-    return order;
+    return order_by_cell(cell, cell_count);
 }
 
 void ClosestPointIndex::visit(const Vec2& point, std::size_t leaf, Best& best) const {

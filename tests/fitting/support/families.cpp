@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/rng.hpp"
+#include "support/outline_search.hpp"
 
 namespace cmm::fitting::families {
 namespace {
@@ -63,11 +64,7 @@ Blade::Blade(const Shape& shape, std::string name) : shape_(shape), name_(std::m
         end->centre = turned(end->centre, shape.stagger) + shape.shift;
         end->inward = turned(end->inward, shape.stagger);
     }
-    for (std::size_t part = 0; part < 4; ++part) {
-        const int steps = part % 2 == 0 ? 32 : 160;
-        for (int k = 0; k <= steps; ++k)
-            samples_[part].push_back(at(std::min(double(part) + double(k) / steps, double(part) + 1 - 1e-15)).position);
-    }
+    samples_ = sample_outline([this](double t) { return at(t); }, 32, 160);
 }
 
 Blade::Camber Blade::camber(double x) const {
@@ -180,38 +177,7 @@ OutlineJet Blade::at(double t) const {
 }
 
 Foot Blade::closest(const Vec2& p) const {
-    std::array<std::pair<double, std::size_t>, 4> nearest;
-    double best = std::numeric_limits<double>::infinity();
-    for (std::size_t part = 0; part < 4; ++part) {
-        nearest[part] = {std::numeric_limits<double>::infinity(), 0};
-        for (std::size_t k = 0; k < samples_[part].size(); ++k)
-            nearest[part] = std::min(nearest[part], {(samples_[part][k] - p).norm(), k});
-        best = std::min(best, nearest[part].first);
-    }
-    Foot foot;
-    double squared = std::numeric_limits<double>::infinity();
-    for (std::size_t part = 0; part < 4; ++part) {
-        const auto& s = samples_[part];
-        if (nearest[part].first > best + (s[s.size() / 2] - s[s.size() / 2 - 1]).norm()) continue;
-        const double low = double(part), high = low + 1 - 1e-15;
-        double t = std::min(high, low + double(nearest[part].second) / double(s.size() - 1));
-        for (int step = 0; step < 40; ++step) {
-            const OutlineJet jet = at(t);
-            const Vec2 off = jet.position - p;
-            const double newton = jet.d1.squaredNorm() + off.dot(jet.d2);
-            const double move = -off.dot(jet.d1) / (newton > 0 ? newton : jet.d1.squaredNorm());
-            const double to = std::clamp(t + std::clamp(move, -0.05, 0.05), low, high);
-            const bool still = std::abs(to - t) < 1e-14;
-            t = to;
-            if (still) break;
-        }
-        const OutlineJet jet = at(t);
-        if (const double d = (jet.position - p).squaredNorm(); d < squared) {
-            squared = d;
-            foot = {t, std::copysign(std::sqrt(d), (p - jet.position).dot(jet.normal()))};
-        }
-    }
-    return foot;
+    return closest_on_outline([this](double t) { return at(t); }, samples_, p);
 }
 
 Vec2 Blade::ball_centre(double t, double ball_mm) const {

@@ -1,0 +1,331 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/surface_index.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "fitting/cell_order.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+// What could be nearer by less than this does not matter.
+constexpr double indifferent_mm = 0.5e-6, indifferent_share = 1e-12;
+// Newton's last step: the error it leaves in the distance is its square times the curvature.
+constexpr double last_step_mm = 1e-5;
+constexpr int most_steps = 20;
+constexpr double rounding = 1e-14;
+// Of a patch of the tree: a tangent that turns more makes loose bounds.
+constexpr double patch_turn = 0.25;
+constexpr int deepest_patch = 8;
+// Splitting ends here whatever the bounds say: far below what the parameters resolve.
+constexpr double least_width = 1e-10;
+// Cells of the order in which scattered points are visited, per axis; fewer points are not worth a sort.
+constexpr double grid_cells = 32.0;
+constexpr std::size_t cell_count = 32 * 32 * 32, least_to_sort = 512;
+
+/// Gradient and second derivatives of |S - p|^2 / 2.
+struct Slope {
+    double gu, gv, huu, huv, hvv;
+    double euu, euv, evv;  // first fundamental form
+
+    Slope(const SurfaceJet& jet, const Vec3& r)
+        : gu(jet.du.dot(r)),
+          gv(jet.dv.dot(r)),
+          huu(0.0),
+          huv(0.0),
+          hvv(0.0),
+          euu(jet.du.squaredNorm()),
+          euv(jet.du.dot(jet.dv)),
+          evv(jet.dv.squaredNorm()) {
+        huu = euu + r.dot(jet.duu);
+        huv = euv + r.dot(jet.duv);
+        hvv = evv + r.dot(jet.dvv);
+        if (!(huu > 0.0 && hvv > 0.0 && huu * hvv - huv * huv > 1e-3 * euu * evv)) huu = euu, huv = euv, hvv = evv;
+    }
+    /// Squared length of a step on the surface.
+    double length(double du, double dv) const { return euu * du * du + 2.0 * euv * du * dv + evv * dv * dv; }
+};
+
+struct Step {
+    double u = 0.0, v = 0.0;
+};
+
+/// Newton's step; a direction in which the bound holds it back is left out.
+Step step_of(const Slope& s, bool free_u, bool free_v) {
+    if (free_u && free_v) {
+        const double det = s.huu * s.hvv - s.huv * s.huv;
+        if (!(det > 0.0)) return {};
+        return {(s.huv * s.gv - s.hvv * s.gu) / det, (s.huv * s.gu - s.huu * s.gv) / det};
+    }
+    if (free_u) return {s.huu > 0.0 ? -s.gu / s.huu : 0.0, 0.0};
+    if (free_v) return {0.0, s.hvv > 0.0 ? -s.gv / s.hvv : 0.0};
+    return {};
+}
+
+template <class Item>
+bool farther(const Item& a, const Item& b) {
+    return a.least > b.least;
+}
+
+std::pair<PatchDomain, PatchDomain> halves(const PatchDomain& domain, bool in_u) {
+    PatchDomain first = domain, second = domain;
+    if (in_u)
+        first.u1 = second.u0 = 0.5 * (domain.u0 + domain.u1);
+    else
+        first.v1 = second.v0 = 0.5 * (domain.v0 + domain.v1);
+    return {first, second};
+}
+
+bool held(double at, double low, double high, double gradient) {
+    return (at <= low && gradient > 0.0) || (at >= high && gradient < 0.0);
+}
+
+}  // namespace
+
+std::optional<SurfaceFoot> newton_foot(const Surface& surface, const Vec3& p, const SurfacePlace& start,
+                                       SearchCost* cost) {
+    const CubicAxis &axis_u = surface.u(), &axis_v = surface.v();
+    SurfacePlace at{axis_u.inside(start.u), axis_v.inside(start.v)};
+    std::size_t i = axis_u.span_of(at.u, axis_u.spans() / 2), j = axis_v.span_of(at.v, axis_v.spans() / 2);
+    for (int step = 0; step < most_steps; ++step) {
+        const SurfaceJet jet = surface.jet_in(i, j, at);
+        const Vec3 r = jet.position - p;
+        const Slope slope(jet, r);
+        const bool free_u = axis_u.closed() || !held(at.u, axis_u.front(), axis_u.back(), slope.gu);
+        const Step move = step_of(slope, free_u, !held(at.v, axis_v.front(), axis_v.back(), slope.gv));
+        if (cost != nullptr) ++cost->steps;
+        const SurfacePlace next{axis_u.inside(at.u + move.u), axis_v.inside(at.v + move.v)};
+        const bool whole = next.v == at.v + move.v && (axis_u.closed() || next.u == at.u + move.u);
+        const double squared = slope.length(move.u, move.v);
+        if (!std::isfinite(squared)) break;
+        at = next;
+        i = axis_u.span_of(at.u, i);
+        j = axis_v.span_of(at.v, j);
+        if (squared < last_step_mm * last_step_mm && whole)
+            return SurfaceFoot{at, (surface.position_in(i, j, at) - p).squaredNorm()};
+    }
+    if (cost != nullptr) ++cost->failures;
+    return std::nullopt;
+}
+
+SurfaceIndex::SurfaceIndex(const Surface& surface) : surface_(surface) {
+    const CubicAxis &u = surface.u(), &v = surface.v();
+    // Neighbours in both directions follow each other: blocks of four by two spans.
+    for (std::size_t j = 0; j < v.spans(); j += 2)
+        for (std::size_t i = 0; i < u.spans(); i += 4)
+            for (std::size_t b = j; b < std::min(j + 2, v.spans()); ++b)
+                for (std::size_t a = i; a < std::min(i + 4, u.spans()); ++a)
+                    add_patches({a, b, u.low(a), u.high(a), v.low(b), v.high(b)}, 0);
+    build_tree();
+}
+
+void SurfaceIndex::add_patches(const PatchDomain& domain, int depth) {
+    PatchBounds bounds(surface_, domain);
+    if (depth >= deepest_patch || (bounds.turn_u() <= patch_turn && bounds.turn_v() <= patch_turn)) {
+        patches_.push_back(bounds);
+        return;
+    }
+    const auto [first, second] = halves(domain, bounds.turn_u() >= bounds.turn_v());
+    add_patches(first, depth + 1);
+    add_patches(second, depth + 1);
+}
+
+void SurfaceIndex::build_tree() {
+    std::vector<Vec3> low, high;
+    for (const PatchBounds& patch : patches_) {
+        low.push_back(patch.low());
+        high.push_back(patch.high());
+    }
+    do {
+        std::vector<Group> groups((low.size() + group_size - 1) / group_size);
+        std::vector<Vec3> next_low(groups.size(), Vec3::Constant(infinity)), next_high(groups.size(), -next_low[0]);
+        for (Group& group : groups)
+            for (int axis = 0; axis < 3; ++axis) {
+                group.low[axis].setConstant(infinity);
+                group.high[axis].setConstant(-infinity);
+            }
+        for (std::size_t k = 0; k < low.size(); ++k) {
+            const std::size_t g = k / group_size;
+            for (int axis = 0; axis < 3; ++axis) {
+                groups[g].low[axis][static_cast<int>(k % group_size)] = low[k][axis];
+                groups[g].high[axis][static_cast<int>(k % group_size)] = high[k][axis];
+            }
+            next_low[g] = next_low[g].cwiseMin(low[k]);
+            next_high[g] = next_high[g].cwiseMax(high[k]);
+        }
+        levels_.push_back(std::move(groups));
+        low = std::move(next_low);
+        high = std::move(next_high);
+    } while (levels_.back().size() > 1);
+}
+
+void SurfaceIndex::Best::take(const SurfaceFoot& found, bool minimum) {
+    if (!(found.squared < foot.squared)) return;
+    foot = found;
+    stationary = minimum;
+    distance = std::sqrt(found.squared);
+}
+
+double SurfaceIndex::Best::limit() const {
+    return std::isfinite(distance) ? distance - indifferent_mm - indifferent_share * distance : distance;
+}
+
+SurfaceFoot SurfaceIndex::closest(const Vec3& p, const std::optional<SurfacePlace>& hint, SearchCost* cost) const {
+    Best best{{{surface_.u().front(), surface_.v().front()}, infinity}, infinity, false, {}, {}};
+    if (!p.allFinite() || p.cwiseAbs().maxCoeff() > 1e100) return best.foot;
+    if (hint)
+        if (const auto foot = newton_foot(surface_, p, *hint, &best.cost)) best.take(*foot, true);
+    const double by_newton = best.distance;
+    search(p, levels_.size() - 1, 0, best);
+    settle(p, best);
+    if (cost != nullptr) {
+        cost->steps += best.cost.steps;
+        cost->failures += best.cost.failures;
+        cost->split += best.cost.split;
+        cost->wrong += std::isfinite(by_newton) && best.distance < by_newton - indifferent_mm;
+    }
+    return best.foot;
+}
+
+void SurfaceIndex::search(const Vec3& p, std::size_t level, std::size_t group, Best& best) const {
+    const Group& boxes = levels_[level][group];
+    Eigen::Array<double, 8, 1> squared = Eigen::Array<double, 8, 1>::Zero();
+    for (int axis = 0; axis < 3; ++axis) {
+        const Eigen::Array<double, 8, 1> away = (boxes.low[axis] - p[axis]).max(p[axis] - boxes.high[axis]).max(0.0);
+        squared += away * away;
+    }
+    for (;;) {
+        int nearest = 0;
+        const double least = squared.minCoeff(&nearest);
+        const double limit = std::max(best.limit(), 0.0);
+        if (!(least < limit * limit)) return;
+        squared[nearest] = infinity;
+        const std::size_t index = group_size * group + static_cast<std::size_t>(nearest);
+        if (level > 0)
+            search(p, level - 1, index, best);
+        else
+            visit(p, patches_[index], best);
+    }
+}
+
+void SurfaceIndex::visit(const Vec3& p, const PatchBounds& patch, Best& best) const {
+    const double least = patch.least_distance(p);
+    if (!(least < best.limit())) return;
+    if (patch.convex_for(p)) return minimise(p, patch.domain(), best);
+    best.undecided.push_back({least, patch});
+    std::push_heap(best.undecided.begin(), best.undecided.end(), farther<Undecided>);
+}
+
+/// Patches on which |S - p|^2 may have several minima are halved, those that could be nearest first, until each is
+/// too far away or convex.
+void SurfaceIndex::settle(const Vec3& p, Best& best) const {
+    while (!best.undecided.empty()) {
+        std::pop_heap(best.undecided.begin(), best.undecided.end(), farther<Undecided>);
+        const Undecided next = std::move(best.undecided.back());
+        best.undecided.pop_back();
+        if (!(next.least < best.limit())) return;
+        sound(p, next.patch.domain(), best);
+        const bool in_u = next.patch.turn_u() >= next.patch.turn_v();
+        const PatchDomain& domain = next.patch.domain();
+        const CubicAxis& axis = in_u ? surface_.u() : surface_.v();
+        const double width = in_u ? domain.u1 - domain.u0 : domain.v1 - domain.v0;
+        if (width < least_width * (axis.back() - axis.front())) continue;
+        ++best.cost.split;
+        const auto [first, second] = halves(domain, in_u);
+        visit(p, PatchBounds(surface_, first), best);
+        visit(p, PatchBounds(surface_, second), best);
+    }
+}
+
+/// Without proof. Corners are nearer than a saddle or a farthest place between them, where Newton's method may end.
+void SurfaceIndex::sound(const Vec3& p, const PatchDomain& domain, Best& best) const {
+    for (const double u : {domain.u0, domain.u1})
+        for (const double v : {domain.v0, domain.v1}) {
+            const double squared = (surface_.position_in(domain.span_u, domain.span_v, {u, v}) - p).squaredNorm();
+            best.take({{u, v}, squared}, false);
+        }
+    minimise(p, domain, best);
+}
+
+/// Newton's method on the rectangle, with bounds that hold while the gradient pushes outwards (Bertsekas 1982), a step
+/// that does not lead downhill halved.
+void SurfaceIndex::minimise(const Vec3& p, const PatchDomain& domain, Best& best) const {
+    SurfacePlace at{0.5 * (domain.u0 + domain.u1), 0.5 * (domain.v0 + domain.v1)};
+    if (std::isfinite(best.distance)) {
+        if (best.stationary && domain.holds(best.foot.place)) return;
+        at = domain.clamped(best.foot.place);
+        // Across the seam the nearer end is the other one.
+        const double period = surface_.u().back() - surface_.u().front();
+        if (surface_.u().closed() && std::abs(at.u - best.foot.place.u) > 0.5 * period)
+            at.u = at.u > domain.u0 ? domain.u0 : domain.u1;
+    }
+    double last = infinity;
+    SurfacePlace before = at;
+    for (int step = 0; step < most_steps; ++step) {
+        const SurfaceJet jet = surface_.jet_in(domain.span_u, domain.span_v, at);
+        const Vec3 r = jet.position - p;
+        const double squared = r.squaredNorm();
+        ++best.cost.steps;
+        if (squared > last * (1.0 + rounding)) {
+            at = {0.5 * (at.u + before.u), 0.5 * (at.v + before.v)};
+            continue;
+        }
+        last = squared;
+        best.take({at, squared}, false);
+        const Slope slope(jet, r);
+        const bool free_u = !held(at.u, domain.u0, domain.u1, slope.gu);
+        const bool free_v = !held(at.v, domain.v0, domain.v1, slope.gv);
+        const Step move = step_of(slope, free_u, free_v);
+        const SurfacePlace next = domain.clamped({at.u + move.u, at.v + move.v});
+        const double length = slope.length(next.u - at.u, next.v - at.v);
+        before = at;
+        at = next;
+        if (!(length > last_step_mm * last_step_mm)) {
+            const bool inside = next.u == before.u + move.u && next.v == before.v + move.v;
+            const double there = (surface_.position_in(domain.span_u, domain.span_v, at) - p).squaredNorm();
+            best.take({at, there}, free_u && free_v && inside);
+            // The step may gain nothing but rounding: then the place before it is the minimum.
+            if (best.foot.place.u == before.u && best.foot.place.v == before.v) best.stationary = free_u && free_v;
+            return;
+        }
+    }
+}
+
+std::vector<std::uint32_t> SurfaceIndex::neighbours_first(std::span<const Vec3> points) const {
+    if (points.size() < least_to_sort || points.size() > std::numeric_limits<std::uint32_t>::max()) return {};
+    Vec3 low = patches_[0].low(), high = patches_[0].high();
+    for (const PatchBounds& patch : patches_) {
+        low = low.cwiseMin(patch.low());
+        high = high.cwiseMax(patch.high());
+    }
+    const double margin = 0.05 * (high - low).norm();
+    low.array() -= margin;
+    const Vec3 scale = (grid_cells / (high.array() + margin - low.array()));
+    std::vector<std::uint16_t> cell(points.size());
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        std::uint32_t index = 0;
+        for (const int axis : {2, 1, 0}) {
+            const double at = (points[i][axis] - low[axis]) * scale[axis];
+            index = index * static_cast<std::uint32_t>(grid_cells) +
+                    static_cast<std::uint32_t>(std::max(0.0, std::min(at, grid_cells - 1.0)));  // also of NaN
+        }
+        cell[i] = static_cast<std::uint16_t>(index);
+    }
+    return order_by_cell(cell, cell_count);
+}
+
+void SurfaceIndex::closest(std::span<const Vec3> points, std::span<SurfaceFoot> feet, SearchCost* cost) const {
+    const std::vector<std::uint32_t> order = neighbours_first(points);
+    std::optional<SurfacePlace> hint;
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        const std::size_t i = order.empty() ? k : order[k];
+        feet[i] = closest(points[i], hint, cost);
+        hint = feet[i].place;
+    }
+}
+
+}  // namespace cmm::fitting

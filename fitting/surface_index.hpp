@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "fitting/surface.hpp"
+#include "fitting/surface_patch.hpp"
+
+namespace cmm::fitting {
+
+/// The point of a surface that is nearest to an asked point.
+struct SurfaceFoot {
+    SurfacePlace place;
+    double squared = 0.0;  ///< of the distance, mm^2
+};
+
+/// What a search took.
+struct SearchCost {
+    std::size_t steps = 0;     ///< of Newton's method
+    std::size_t failures = 0;  ///< Newton's method did not converge from its start
+    std::size_t wrong = 0;     ///< it did, to a place that is not the nearest
+    std::size_t split = 0;     ///< patches that had to be split for the proof
+};
+
+/// Newton's method for the foot of p from a start (seed 001, B12: g = (S_u.r, S_v.r) = 0 with the second derivatives in
+/// the matrix; the first fundamental form instead where that is not positive definite), clamped to the domain. None:
+/// not converged within 20 steps.
+std::optional<SurfaceFoot> newton_foot(const Surface& surface, const Vec3& p, const SurfacePlace& start,
+                                       SearchCost* cost = nullptr);
+
+/// Finds the nearest point of the whole surface, to half a nanometre of distance, with proof: patches are skipped only
+/// when a certified bound says that nothing of them is nearer (box; parallelogram and deviation), settled by Newton's
+/// method where |S - p|^2 is certified to be convex, and split otherwise (docs/theory.md, "Surfaces"). A hint makes it
+/// faster and changes nothing else. Refers to the surface, which must outlive it. Immutable, any thread.
+class SurfaceIndex {
+  public:
+    explicit SurfaceIndex(const Surface& surface);
+
+    /// A point that is not finite gets the surface's start and an infinite squared distance.
+    SurfaceFoot closest(const Vec3& p, const std::optional<SurfacePlace>& hint = {}, SearchCost* cost = nullptr) const;
+
+    /// For many points in any order: those that jump about are visited cell by cell, so that neighbours follow each
+    /// other. `feet` has room for as many.
+    void closest(std::span<const Vec3> points, std::span<SurfaceFoot> feet, SearchCost* cost = nullptr) const;
+
+  private:
+    static constexpr std::size_t group_size = 8;
+    struct Group {
+        Eigen::Array<double, 8, 1> low[3], high[3];
+    };
+    struct Undecided {
+        double least;
+        PatchBounds patch;
+    };
+    struct Best {
+        SurfaceFoot foot;
+        double distance;
+        bool stationary;  // the foot is a minimum of its own, not the end of a patch
+        SearchCost cost;
+        std::vector<Undecided> undecided;  // a heap, the nearest first
+        void take(const SurfaceFoot& found, bool minimum);
+        double limit() const;  ///< what is not nearer than this does not matter
+    };
+    void add_patches(const PatchDomain& domain, int depth);
+    void build_tree();
+    std::vector<std::uint32_t> neighbours_first(std::span<const Vec3> points) const;
+    void search(const Vec3& p, std::size_t level, std::size_t group, Best& best) const;
+    void visit(const Vec3& p, const PatchBounds& patch, Best& best) const;
+    void settle(const Vec3& p, Best& best) const;
+    void sound(const Vec3& p, const PatchDomain& domain, Best& best) const;
+    void minimise(const Vec3& p, const PatchDomain& domain, Best& best) const;
+
+    const Surface& surface_;
+    std::vector<PatchBounds> patches_;
+    std::vector<std::vector<Group>> levels_;
+};
+
+}  // namespace cmm::fitting

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/surface_patch.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+namespace cmm::fitting {
+namespace {
+
+constexpr double unbounded = std::numeric_limits<double>::infinity();
+// A cosine above which a corner of the parallelogram is not worth its rounding errors.
+constexpr double steepest_wedge = 0.99;
+
+/// Bernstein coefficients of a span's four functions on [w0, w1]: their polar forms at w0 and w1 (Ramshaw 1989).
+std::array<std::array<double, 4>, 4> bernstein_of(const CubicBasis& basis, double w0, double w1) {
+    std::array<std::array<double, 4>, 4> b;
+    for (std::size_t k = 0; k < 4; ++k) {
+        const double x = k > 2 ? w1 : w0, y = k > 1 ? w1 : w0, z = k > 0 ? w1 : w0;
+        for (std::size_t a = 0; a < 4; ++a)
+            b[k][a] = basis.power[0][a] + basis.power[1][a] * (x + y + z) / 3.0 +
+                      basis.power[2][a] * (x * y + y * z + z * x) / 3.0 + basis.power[3][a] * x * y * z;
+    }
+    return b;
+}
+
+Vec3 mean_of(std::span<const Vec3> vectors) {
+    Vec3 sum = Vec3::Zero();
+    for (const Vec3& v : vectors)
+        sum += v;
+    return sum / static_cast<double>(vectors.size());
+}
+
+double radius_of(std::span<const Vec3> vectors, const Vec3& mean) {
+    double radius = 0.0;
+    for (const Vec3& v : vectors)
+        radius = std::max(radius, (v - mean).norm());
+    return radius;
+}
+
+/// Of |V|^2 over the hull, by its least extent along the mean.
+double least_square(std::span<const Vec3> vectors) {
+    const Vec3 along = mean_of(vectors).normalized();
+    double least = unbounded;
+    for (const Vec3& v : vectors)
+        least = std::min(least, v.dot(along));
+    return least > 0.0 ? least * least : 0.0;
+}
+
+}  // namespace
+
+SurfacePlace PatchDomain::clamped(const SurfacePlace& at) const {
+    return {std::clamp(at.u, u0, u1), std::clamp(at.v, v0, v1)};
+}
+
+PatchBounds::PatchBounds(const Surface& surface, const PatchDomain& domain) : domain_(domain) {
+    const auto part = [](const CubicAxis& axis, std::size_t span, double from, double to) {
+        const double low = axis.low(span), width = axis.high(span) - low;
+        return bernstein_of(axis.basis(span), (from - low) / width, (to - low) / width);
+    };
+    const auto bu = part(surface.u(), domain.span_u, domain.u0, domain.u1);
+    const auto bv = part(surface.v(), domain.span_v, domain.v0, domain.v1);
+    const std::size_t i = surface.u().first(domain.span_u), j = surface.v().first(domain.span_v);
+    const std::size_t n = surface.u().controls();
+    Grid points;
+    for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t l = 0; l < 4; ++l)
+            points[k][l].setZero();
+    for (std::size_t b = 0; b < 4; ++b) {
+        std::array<Vec3, 4> row;
+        for (std::size_t k = 0; k < 4; ++k) {
+            row[k].setZero();
+            for (std::size_t a = 0; a < 4; ++a)
+                row[k] += bu[k][a] * surface.control((i + a) % n, j + b);
+        }
+        for (std::size_t k = 0; k < 4; ++k)
+            for (std::size_t l = 0; l < 4; ++l)
+                points[k][l] += bv[l][b] * row[k];
+    }
+    bound_shape(points);
+    bound_bending(points);
+}
+
+void PatchBounds::bound_shape(const Grid& p) {
+    low_.setConstant(unbounded);
+    high_ = -low_;
+    for (const auto& column : p)
+        for (const Vec3& point : column) {
+            low_ = low_.cwiseMin(point);
+            high_ = high_.cwiseMax(point);
+        }
+    centre_ = 0.25 * (p[0][0] + p[3][0] + p[0][3] + p[3][3]);
+    const Vec3 a = 0.25 * (p[3][0] + p[3][3] - p[0][0] - p[0][3]), b = 0.25 * (p[0][3] + p[3][3] - p[0][0] - p[3][0]);
+    for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t l = 0; l < 4; ++l) {
+            const double s = static_cast<double>(k) / 1.5 - 1.0, t = static_cast<double>(l) / 1.5 - 1.0;
+            deviation_ = std::max(deviation_, (p[k][l] - (centre_ + s * a + t * b)).norm());
+        }
+    normal_ = a.cross(b).normalized();
+    across_a_ = b.cross(normal_).normalized();
+    across_b_ = normal_.cross(a).normalized();
+    half_a_ = std::abs(a.dot(across_a_));
+    half_b_ = std::abs(b.dot(across_b_));
+    cosine_ = across_a_.dot(across_b_);
+}
+
+/// (S - p) . S_xx + |S_x|^2 >= constant + (centre - p) . mean - |centre - p| radius; likewise the others.
+void PatchBounds::bound_bending(const Grid& p) {
+    std::array<Vec3, 12> du, dv;
+    std::array<Vec3, 8> duu, dvv;
+    std::array<Vec3, 9> duv;
+    for (std::size_t k = 0; k < 4; ++k)
+        for (std::size_t l = 0; l < 4; ++l) {
+            if (k < 3) du[4 * k + l] = 3.0 * (p[k + 1][l] - p[k][l]);
+            if (l < 3) dv[4 * l + k] = 3.0 * (p[k][l + 1] - p[k][l]);
+            if (k < 2) duu[4 * k + l] = 6.0 * (p[k + 2][l] - 2.0 * p[k + 1][l] + p[k][l]);
+            if (l < 2) dvv[4 * l + k] = 6.0 * (p[k][l + 2] - 2.0 * p[k][l + 1] + p[k][l]);
+            if (k < 3 && l < 3) duv[3 * k + l] = 9.0 * (p[k + 1][l + 1] - p[k][l + 1] - p[k + 1][l] + p[k][l]);
+        }
+    const auto least_moment = [&](std::span<const Vec3> vectors) {
+        double least = unbounded;
+        for (const auto& column : p)
+            for (const Vec3& point : column)
+                for (const Vec3& v : vectors)
+                    least = std::min(least, (point - centre_).dot(v));
+        return least;
+    };
+    const auto largest_moment = [&](std::span<const Vec3> vectors) {
+        double largest = 0.0;
+        for (const auto& column : p)
+            for (const Vec3& point : column)
+                for (const Vec3& v : vectors)
+                    largest = std::max(largest, std::abs((point - centre_).dot(v)));
+        return largest;
+    };
+    const auto bending = [&](std::span<const Vec3> vectors) {
+        const Vec3 mean = mean_of(vectors);
+        return Bending{mean, radius_of(vectors, mean), 0.0};
+    };
+    uu_ = bending(duu);
+    uv_ = bending(duv);
+    vv_ = bending(dvv);
+    uu_.constant = least_square(du) + least_moment(duu);
+    vv_.constant = least_square(dv) + least_moment(dvv);
+    double mixed = 0.0;
+    for (const Vec3& a : du)
+        for (const Vec3& b : dv)
+            mixed = std::max(mixed, std::abs(a.dot(b)));
+    uv_.constant = mixed + largest_moment(duv);
+    const double along_u = std::max(mean_of(du).norm(), 1e-300), along_v = std::max(mean_of(dv).norm(), 1e-300);
+    const double twist = uv_.mean.norm() + uv_.radius;
+    turn_u_ = std::max((uu_.mean.norm() + uu_.radius) / along_u, twist / along_v);
+    turn_v_ = std::max((vv_.mean.norm() + vv_.radius) / along_v, twist / along_u);
+}
+
+double PatchBounds::least_distance(const Vec3& p) const {
+    const Vec3 q = p - centre_;
+    const double off = q.dot(normal_), a = q.dot(across_a_), b = q.dot(across_b_);
+    const double past_a = std::max(std::abs(a) - half_a_, 0.0), past_b = std::max(std::abs(b) - half_b_, 0.0);
+    // Beyond a corner: the distance to a wedge whose sides have normals with this cosine.
+    const double cosine = a * b > 0.0 ? cosine_ : -cosine_;
+    double beside = std::max(past_a, past_b) * std::max(past_a, past_b);
+    if (past_a > cosine * past_b && past_b > cosine * past_a && std::abs(cosine) < steepest_wedge)
+        beside = (past_a * past_a + past_b * past_b - 2.0 * cosine * past_a * past_b) / (1.0 - cosine * cosine);
+    return std::sqrt(off * off + beside) - deviation_;
+}
+
+bool PatchBounds::convex_for(const Vec3& p) const {
+    const Vec3 q = centre_ - p;
+    const double away = q.norm();
+    const double uu = uu_.constant + q.dot(uu_.mean) - away * uu_.radius;
+    const double vv = vv_.constant + q.dot(vv_.mean) - away * vv_.radius;
+    const double uv = uv_.constant + std::abs(q.dot(uv_.mean)) + away * uv_.radius;
+    return uu > 0.0 && vv > 0.0 && uu * vv > uv * uv;
+}
+
+}  // namespace cmm::fitting
