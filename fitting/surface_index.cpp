@@ -20,7 +20,7 @@ constexpr int most_steps = 20;
 constexpr double rounding = 1e-14;
 // Of a patch of the tree: a tangent that turns more makes loose bounds.
 constexpr double patch_turn = 0.25;
-constexpr int deepest_patch = 8;
+constexpr int deepest_patch = 5;
 // Splitting ends here whatever the bounds say: far below what the parameters resolve.
 constexpr double least_width = 1e-10;
 // Cells of the order in which scattered points are visited, per axis; fewer points are not worth a sort.

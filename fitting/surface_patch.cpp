@@ -103,6 +103,7 @@ void PatchBounds::bound_shape(const Grid& p) {
     across_b_ = normal_.cross(a).normalized();
     half_a_ = std::abs(a.dot(across_a_));
     half_b_ = std::abs(b.dot(across_b_));
+    reach_ = std::max((a + b).norm(), (a - b).norm());
     cosine_ = across_a_.dot(across_b_);
 }
 
@@ -164,7 +165,8 @@ double PatchBounds::least_distance(const Vec3& p) const {
     double beside = std::max(past_a, past_b) * std::max(past_a, past_b);
     if (past_a > cosine * past_b && past_b > cosine * past_a && std::abs(cosine) < steepest_wedge)
         beside = (past_a * past_a + past_b * past_b - 2.0 * cosine * past_a * past_b) / (1.0 - cosine * cosine);
-    return std::sqrt(off * off + beside) - deviation_;
+    // The sphere round it is the better bound of a thin rhombus.
+    return std::max(std::sqrt(off * off + beside), q.norm() - reach_) - deviation_;
 }
 
 bool PatchBounds::convex_for(const Vec3& p) const {

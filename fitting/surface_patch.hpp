@@ -43,7 +43,7 @@ class PatchBounds {
 
     PatchDomain domain_;
     Vec3 centre_, normal_, across_a_, across_b_;  // of the parallelogram: unit normal of its plane and of its strips
-    double half_a_ = 0.0, half_b_ = 0.0, cosine_ = 0.0, deviation_ = 0.0;
+    double half_a_ = 0.0, half_b_ = 0.0, cosine_ = 0.0, reach_ = 0.0, deviation_ = 0.0;
     /// Second derivatives: mean, radius of their hull, least (or largest magnitude) of what does not depend on p.
     struct Bending {
         Vec3 mean = Vec3::Zero();

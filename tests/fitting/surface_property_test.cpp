@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "fitting/surface_index.hpp"
 #include "support/random_values.hpp"
@@ -23,9 +24,13 @@ Surface any_surface() {
     const bool closed = *rc::gen::arbitrary<bool>();
     const CubicAxis u = *CubicAxis::on_breaks(any_breaks(*whole(4, 12)), closed);
     const CubicAxis v = *CubicAxis::on_breaks(any_breaks(*whole(1, 6)), false);
-    std::vector<Vec3> controls;
-    for (std::size_t k = 0; k < u.controls() * v.controls(); ++k)
-        controls.emplace_back(*real(-9, 9), *real(-9, 9), *real(-9, 9));
+    std::vector<Vec3> controls;  // a dented tube, or half of one
+    for (std::size_t j = 0; j < v.controls(); ++j)
+        for (std::size_t i = 0; i < u.controls(); ++i) {
+            const double angle = (closed ? 2 : 1) * std::numbers::pi * double(i) / double(u.controls());
+            const double r = *real(3.0, 6.0), z = 8.0 * double(j) / double(v.controls()) - 4.0;
+            controls.emplace_back(r * std::cos(angle), r * std::sin(angle), z + *real(-0.5, 0.5));
+        }
     return *Surface::make(u, v, controls);
 }
 
@@ -54,10 +59,10 @@ RC_GTEST_PROP(SurfaceProperties, NoPlaceIsNearerThanTheFoot, ()) {
     const SurfaceFoot foot = index.closest(p, hint);
     RC_ASSERT(std::abs((s.position(foot.place) - p).squaredNorm() - foot.squared) < 1e-9);
     double least = std::numeric_limits<double>::infinity();
-    for (int j = 0; j <= 60; ++j)
-        for (int i = 0; i < 100; ++i)
-            least = std::min(least, (s.position({s.u().front() + (s.u().back() - s.u().front()) * i / 100,
-                                                 s.v().front() + (s.v().back() - s.v().front()) * j / 60}) -
+    for (int j = 0; j <= 24; ++j)
+        for (int i = 0; i < 60; ++i)
+            least = std::min(least, (s.position({s.u().front() + (s.u().back() - s.u().front()) * i / 60,
+                                                 s.v().front() + (s.v().back() - s.v().front()) * j / 24}) -
                                      p)
                                         .norm());
     RC_ASSERT(std::sqrt(foot.squared) <= least + 1e-6);
