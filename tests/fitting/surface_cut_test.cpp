@@ -27,7 +27,7 @@ TEST(SurfaceCut, OfAConeIsACircle) {
     const Surface surface = cone();
     const auto cut = cut_at_height(surface, 0.0, 4.0, span_parameters(surface.u(), 3));
     ASSERT_TRUE(cut) << cut.error().message;
-    ASSERT_EQ(cut->points.size(), 1200U);
+    ASSERT_EQ(cut->points.size(), 1800U);
     for (const CutPoint& p : cut->points) {
         EXPECT_NEAR(p.position.z(), 4.0, 1e-11);
         EXPECT_NEAR(p.position.head<2>().norm(), 8 - 0.4 * 4, 1e-8);
