@@ -6,6 +6,7 @@
 
 #include "app/commands.hpp"
 #include "app/console.hpp"
+#include "core/memory.hpp"
 
 namespace {
 
@@ -183,6 +184,7 @@ class CommandLine {
 }  // namespace
 
 int main(int argc, char** argv) {
+    cmm::core::keep_freed_memory();
     try {
         Action action;
         CommandLine line(action);
