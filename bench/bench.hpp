@@ -42,7 +42,7 @@ void bench_peers();
 /// line with Modbus RTU and the line protocol.
 void bench_links(const std::string& config_folder);
 /// Milliseconds from the call of a stop to its arrival at the controller, at random instants of a scan, over each link.
-void bench_stops(const std::string& config_folder);
+void bench_stops(const std::string& config_folder, double for_each_link_s);
 /// A plant: one host process with 24 machines that measure at 1 kHz. Whether every sample is in its run file once, how
 /// late a timer of the host is beside them, what it costs.
 void bench_plant(const std::string& config_folder);

@@ -63,7 +63,8 @@ int main(int count, char** arguments) {
     if (wanted("sections")) cmm::bench::bench_sections();
     const std::string config_folder = (executable.parent_path() / "../../config").string();
     if (wanted("links")) cmm::bench::bench_links(config_folder);
-    if (wanted("stops")) cmm::bench::bench_stops(config_folder);
+    const double for_each_s = count > 2 ? std::strtod(arguments[2], nullptr) : 20.0;
+    if (wanted("stops")) cmm::bench::bench_stops(config_folder, for_each_s);
     if (wanted("plant")) cmm::bench::bench_plant(config_folder);
     if (wanted("chain")) cmm::bench::bench_chain(config_folder);
     return 0;
