@@ -19,8 +19,9 @@ struct LinkSettings {
     double connect_timeout_ms = 2000.0;
     double response_timeout_ms = 500.0;
     double reconnect_ms = 3000.0;  ///< how long a broken link is tried again before an operation fails
-    double poll_ms = 2.0;          ///< pause between exchanges while no sample waits, at most 10
-    dro::DroSettings dro;          ///< of dro+serial
+    double poll_ms = 2.0;  ///< pause between exchanges while no sample waits, at most 10; longer where the controller
+                           ///< has points in plenty
+    dro::DroSettings dro;  ///< of dro+serial
     linuxcnc::LinuxcncSettings linuxcnc;
 };
 
