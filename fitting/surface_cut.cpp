@@ -13,7 +13,7 @@ namespace {
 
 using core::ErrorCode;
 
-constexpr int most_steps = 60;
+constexpr int most_cut_steps = 60;
 constexpr double settled = 1e-12;  // of the height, and of 1 mm
 
 /// Height of S + d N above the asked one, and its slope by v.
@@ -41,7 +41,7 @@ class Height {
 std::optional<double> crossing(Height& height, double u, double v, double low, double high) {
     double slope = 0.0;
     const double size = high - low;
-    for (int step = 0; step < most_steps; ++step) {
+    for (int step = 0; step < most_cut_steps; ++step) {
         const double off = height.at({u, v}, slope);
         if (std::abs(off) <= settled * std::max(1.0, std::abs(size))) return v;
         (off < 0.0 ? low : high) = v;

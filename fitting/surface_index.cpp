@@ -17,7 +17,7 @@ constexpr double indifferent_mm = 0.5e-6, indifferent_share = 1e-12;
 // Newton's last step: the error it leaves in the distance is its square times the curvature.
 constexpr double last_step_mm = 1e-5;
 constexpr int most_steps = 20;
-constexpr double rounding = 1e-14;
+constexpr double foot_rounding = 1e-14;
 // Of a patch of the tree: a tangent that turns more makes loose bounds.
 constexpr double patch_turn = 0.25;
 constexpr int deepest_patch = 5;
@@ -270,7 +270,7 @@ void SurfaceIndex::minimise(const Vec3& p, const PatchDomain& domain, Best& best
         const Vec3 r = jet.position - p;
         const double squared = r.squaredNorm();
         ++best.cost.steps;
-        if (squared > last * (1.0 + rounding)) {
+        if (squared > last * (1.0 + foot_rounding)) {
             at = {0.5 * (at.u + before.u), 0.5 * (at.v + before.v)};
             continue;
         }
