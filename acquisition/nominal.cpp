@@ -28,6 +28,7 @@ core::Result<std::shared_ptr<const Nominal>> load_nominal(const NominalSpec& spe
         if (!mesh) return tl::unexpected(std::move(mesh.error()).with_context("while reading the nominal"));
         return mesh_nominal(std::move(*mesh), spec.span);
     }
+    if (spec.kind == NominalKind::step) return step_nominal(spec.files.at(0), spec.solid, spec.span);
     auto sections = read_points(spec.files);
     if (!sections) return tl::unexpected(std::move(sections.error()).with_context("while reading the nominal"));
     return sections_nominal(std::move(*sections), spec.span);

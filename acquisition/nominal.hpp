@@ -22,7 +22,7 @@ struct NominalContour {
 };
 
 /// The nominal of a part: cut at any height. Immutable, thread-safe. Made by `load_nominal` from sections (lofted),
-/// parametric formulas or a mesh.
+/// parametric formulas, a mesh or a STEP file.
 class Nominal {
   public:
     virtual ~Nominal() = default;

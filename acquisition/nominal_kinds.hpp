@@ -19,6 +19,8 @@ core::Result<std::shared_ptr<const Nominal>> sections_nominal(std::vector<PointS
 core::Result<std::shared_ptr<const Nominal>> parametric_nominal(const ParametricBlade& blade);
 /// Plane cuts of a closed triangle mesh.
 core::Result<std::shared_ptr<const Nominal>> mesh_nominal(TriangleMesh mesh, Span span);
+/// Plane cuts of a solid of a STEP file. Errors: those of cad::read_step.
+core::Result<std::shared_ptr<const Nominal>> step_nominal(const std::string& file, const std::string& solid, Span span);
 
 /// plan_invalid "z = 12.000 mm lies outside the nominal (15.000 mm to 90.000 mm)", unless z lies inside (to 1 um).
 core::Status require_height(double z_mm, double low_mm, double high_mm);

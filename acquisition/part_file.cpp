@@ -75,14 +75,18 @@ std::vector<std::string> read_files(const ConfigTable& table) {
 
 NominalSpec read_nominal(const ConfigTable& table) {
     NominalSpec spec;
-    if (!table.has("kind")) table.complain("kind", "is missing: \"sections\", \"parametric\", \"mesh\" or \"none\"");
-    const std::string kind = table.word("kind", "none", {"sections", "parametric", "mesh", "none"});
+    if (!table.has("kind"))
+        table.complain("kind", "is missing: \"sections\", \"parametric\", \"mesh\", \"step\" or \"none\"");
+    const std::string kind = table.word("kind", "none", {"sections", "parametric", "mesh", "step", "none"});
     const std::string span = table.word("span", "auto", {"auto", "x", "y", "z"});
     spec.span = span == "x" ? Span::x : span == "y" ? Span::y : span == "z" ? Span::z : Span::automatic;
     spec.le_hint_mm = point(table, "le_hint_mm");
-    const bool from_files = kind == "sections" || kind == "mesh";
+    const bool from_files = kind == "sections" || kind == "mesh" || kind == "step";
     if (kind == "sections") spec.kind = NominalKind::sections;
     if (kind == "mesh") spec.kind = NominalKind::mesh;
+    if (kind == "step") spec.kind = NominalKind::step;
+    spec.solid = table.text("solid", "");
+    if (kind != "step" && table.has("solid")) table.complain("solid", "is for kind = \"step\" only");
     if (kind == "parametric") {
         spec.kind = NominalKind::parametric;
         spec.blade = read_blade(table.table("blade"));
@@ -93,9 +97,10 @@ NominalSpec read_nominal(const ConfigTable& table) {
     if (from_files) {
         spec.files = read_files(table);
     } else if (!table.texts("files").empty()) {
-        table.complain("files", "is for kind = \"sections\" and \"mesh\" only");
+        table.complain("files", "is for kind = \"sections\", \"mesh\" and \"step\" only");
     }
-    if (kind == "mesh" && spec.files.size() > 1) table.complain("files", "must name one mesh file");
+    if (kind != "sections" && spec.files.size() > 1)
+        table.complain("files", "must name one file for this kind of nominal");
     return spec;
 }
 

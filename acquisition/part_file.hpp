@@ -13,7 +13,7 @@
 
 namespace cmm::acquisition {
 
-enum class NominalKind { sections, parametric, mesh, none };
+enum class NominalKind { sections, parametric, mesh, step, none };
 enum class Span { automatic, x, y, z };
 
 /// The numbers of docs/part-file.md, "The parametric blade".
@@ -31,6 +31,7 @@ struct NominalSpec {
     Span span = Span::automatic;
     std::optional<Eigen::Vector2d> le_hint_mm;
     std::optional<ParametricBlade> blade;
+    std::string solid;  ///< of a STEP file: its name or number; empty: the only one
 };
 
 struct StylusSpec {

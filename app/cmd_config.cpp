@@ -17,7 +17,8 @@ namespace {
 
 constexpr const char* part_keys = R"(part file (docs/part-file.md):
   [part]    name, kind = "blade", serial
-  [nominal] kind = "sections" | "parametric" | "mesh" | "none", files, span = "auto" | "x" | "y" | "z", le_hint_mm
+  [nominal] kind = "sections" | "parametric" | "mesh" | "step" | "none", files, solid (of a STEP file),
+            span = "auto" | "x" | "y" | "z", le_hint_mm
   [nominal.blade] chord_root_mm, chord_tip_mm, thickness_root_mm, thickness_tip_mm, camber_deg, stagger_root_deg,
             stagger_tip_deg, le_radius_mm, te_radius_mm, lean_x_deg, lean_y_deg, z_root_mm, z_tip_mm
   [stylus]  radius_mm, shank_radius_mm, length_mm
@@ -45,6 +46,8 @@ std::string kind_text(acquisition::NominalKind kind) {
             return "parametric";
         case acquisition::NominalKind::mesh:
             return "mesh";
+        case acquisition::NominalKind::step:
+            return "step";
         case acquisition::NominalKind::none:
             return "none";
     }

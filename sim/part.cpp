@@ -68,15 +68,20 @@ void read_actual(const ConfigTable& actual, PartNumbers& numbers) {
 
 /// [nominal] with its other keys, so that a misspelt one is found here too; its geometry when `wanted`.
 GeometrySource read_nominal(const ConfigTable& nominal, bool wanted) {
-    const std::string kind = nominal.word("kind", "none", {"sections", "parametric", "mesh", "none"});
+    const std::string kind = nominal.word("kind", "none", {"sections", "parametric", "mesh", "step", "none"});
+    nominal.text("solid", "");
     const auto hint = nominal.numbers("le_hint_mm");
     if (nominal.has("le_hint_mm") && hint.size() != 2) nominal.complain("le_hint_mm", "must be [x, y]");
-    if (kind != "none") return read_source(nominal, kind);
+    if (kind != "none" && kind != "step") return read_source(nominal, kind);
     nominal.texts("files");
     nominal.word("span", "auto", {"x", "y", "z", "auto"});
-    if (wanted)
+    if (wanted && kind == "none")
         nominal.complain("kind",
                          "is \"none\" and [actual] has no geometry: there is nothing to simulate; give actual.kind");
+    if (wanted && kind == "step")
+        nominal.complain("kind",
+                         "is \"step\", which the simulator does not read: give actual.kind, for example "
+                         "\"mesh\" with an STL of the part");
     return {};
 }
 

@@ -52,6 +52,20 @@ TEST(PartFile, ReadsEveryKeyOfAnUnknownPart) {
     EXPECT_NE(part->text.find("[actual]"), std::string::npos);
 }
 
+TEST(PartFile, ReadsTheSolidOfAStepFile) {
+    const std::string step =
+        "[part]\nname = \"s\"\n[nominal]\nkind = \"step\"\nfiles = [\"a.step\"]\nsolid = \"AIRFOIL\"\n"
+        "[scan]\nheights_mm = [10]\n";
+    const auto part = parse_part_file(step, "dir/p.toml");
+    ASSERT_TRUE(part) << part.error().text();
+    EXPECT_EQ(part->nominal.kind, NominalKind::step);
+    EXPECT_EQ(part->nominal.files, std::vector<std::string>{"dir/a.step"});
+    EXPECT_EQ(part->nominal.solid, "AIRFOIL");
+    EXPECT_NE(error_of(replaced(step, "\"step\"", "\"mesh\"")).find("is for kind = \"step\" only"), std::string::npos);
+    EXPECT_NE(error_of(replaced(step, "\"a.step\"", "\"a.step\", \"b.step\"")).find("must name one file"),
+              std::string::npos);
+}
+
 TEST(PartFile, ReadsTheParametricBladeInRadians) {
     const auto part = parse_part_file("[part]\nname = \"b\"\n[nominal]\nkind = \"parametric\"\n" + blade_table +
                                           "[scan]\nfrom_mm = 10\nto_mm = 50\ncount = 5\n",

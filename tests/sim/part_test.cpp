@@ -81,6 +81,9 @@ TEST_F(PartFile, ErrorsSayWhereAndWhat) {
               std::string::npos);
     EXPECT_NE(message(parametric + "[actual]\nshift_mm = [1]\n").find("shift_mm must be [x, y]"), std::string::npos);
     EXPECT_NE(message("[part]\nname=\"b\"\n[nominal]\nkind=\"none\"\n").find("nothing to simulate"), std::string::npos);
+    EXPECT_NE(message("[part]\nname=\"b\"\n[nominal]\nkind=\"step\"\nfiles=[\"a.step\"]\nsolid=\"1\"\n")
+                  .find("which the simulator does not read"),
+              std::string::npos);
     EXPECT_NE(message("[part]\nname=\"b\"\n[nominal]\nkind=\"mesh\"\nfiles=[]\n").find("must name at least one file"),
               std::string::npos);
     EXPECT_NE(
