@@ -6,9 +6,9 @@
 #include <span>
 
 #include "acquisition/part_file.hpp"
-#include "acquisition/path_tracker.hpp"
 #include "core/error.hpp"
 #include "drivers/machine.hpp"
+#include "fitting/live_spline.hpp"
 
 namespace cmm::acquisition {
 
@@ -25,10 +25,10 @@ struct UnknownScanOptions {
 /// Pitch, density, speed and the length limit (four perimeters of the box) from a part file of nominal "none".
 UnknownScanOptions unknown_scan_options(const PartFile& part);
 
-/// The path round a section that nobody knows: from the first touch on every point is predicted from those before it,
-/// until the start is passed. One point at a time, each after the sample of the one before: what is scanned does not
-/// depend on timing. Machine's executor only, as its base says; lives through one scan. Millimetres, part frame =
-/// machine frame.
+/// The path round a section that nobody knows: from the first touch on every point is predicted by the live curve of
+/// those before it (docs/theory.md, section 9), until the start is passed. One point at a time, each after the sample
+/// of the one before: what is scanned does not depend on timing. Machine's executor only, as its base says; lives
+/// through one scan. Millimetres, part frame = machine frame.
 class UnknownScan final : public drivers::PathSource {
   public:
     /// `touch_mm` is the ball centre of the first touch, `outward` roughly the normal there (to 45 degrees).
@@ -39,25 +39,26 @@ class UnknownScan final : public drivers::PathSource {
     /// scan.
     core::Status on_sample(const Eigen::Vector3d& centre_mm, bool no_contact);
 
-    bool closed() const { return tracker_.closed(); }
-    const PathTracker& tracker() const { return tracker_; }
+    bool closed() const { return past_start_.has_value(); }
 
   private:
     drivers::PathPoint predicted();
-    drivers::PathPoint path_point(const Eigen::Vector2d& centre, const Eigen::Vector2d& tangent, double step) const;
-    double wanted_step() const;
+    drivers::PathPoint path_point(const Eigen::Vector2d& centre, const Eigen::Vector2d& normal) const;
+    drivers::PathPoint straight_on() const;
+    void follow(const Eigen::Vector2d& contact);
 
     UnknownScanOptions options_;
     double z_;
-    Eigen::Vector2d first_, heading_;
-    PathTracker tracker_;
+    fitting::LiveSpline curve_{fitting::MaterialSide::left};  // counter-clockwise
     double finest_, widest_;
-    double step_;                       // of the last point
-    double ahead_ = 0.0;                // how far the last point lay ahead of the tracker's position
-    std::size_t given_ = 0, lost_ = 0;  // points given; of them without contact, in a row
-    double lost_mm_ = 0.0;
+    double step_;                            // of the last point
+    Eigen::Vector2d from_, heading_;         // the last contact, and where to go from there as long as ...
+    std::size_t rough_;                      // ... so many contacts are still wanted for a curve
+    std::size_t doubtful_ = 0;               // in a row
+    std::size_t samples_ = 0, lost_ = 0;     // of them without contact, in a row
+    double lost_mm_ = 0.0;                   // path of these
+    Eigen::Vector2d given_, given_heading_;  // the last point
     std::optional<std::size_t> past_start_;
-    Eigen::Vector2d last_given_ = Eigen::Vector2d::Zero(), last_tangent_ = Eigen::Vector2d::UnitX();
     bool waiting_ = false, ended_ = false;
 };
 
