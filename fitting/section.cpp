@@ -1,278 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fitting/section.hpp"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
-#include "core/text.hpp"
-#include "fitting/closest_point.hpp"
+#include "fitting/centre_curve.hpp"
 #include "fitting/contour.hpp"
-#include "fitting/ordering.hpp"
-#include "fitting/outliers.hpp"
-#include "fitting/smoothing.hpp"
 
 namespace cmm::fitting {
-namespace {
-
-using core::ErrorCode;
-
-constexpr double reject_share = 1.5;  // of the threshold: the curve may be off where the sampling is sparse
-constexpr double restore_sigmas =
-    3.0;  // of the noise: so near to the curve a point that its neighbours accused is good
-constexpr double same_centre_mm = 1e-6;
-constexpr double clear_share = 1.5;  // of the threshold: above it the good neighbours' word stands
-constexpr int most_rounds = 3;       // of fit, reject, restore
-constexpr double most_bad_share = 0.2;
-constexpr int most_cuts = 4;              // tangles are cut so often
-constexpr double turning_back_rad = 2.2;  // from one step to the next
-constexpr std::size_t longest_loop = 14;  // points
-
-/// The lap with its fit and everything derived from it on the way to the SectionFit.
-class SectionFitter {
-  public:
-    SectionFitter(std::span<const Vec2> centres, std::span<const RejectReason> excluded, std::span<const char> kept,
-                  const SectionOptions& options)
-        : centres_(centres), options_(options) {
-        fit_.verdicts.resize(centres.size());
-        for (std::size_t i = 0; i < std::min(centres.size(), excluded.size()); ++i)
-            fit_.verdicts[i].reason = excluded[i];
-        for (std::size_t i = 0; i < std::min(centres.size(), kept.size()); ++i)
-            fit_.verdicts[i].kept = kept[i] != 0 && fit_.verdicts[i].reason == RejectReason::none;
-    }
-
-    core::Result<SectionFit> run() {
-        if (auto status = order(); !status) return tl::unexpected(status.error());
-        if (auto status = fit_centre_curve(); !status) return tl::unexpected(status.error());
-        if (auto status = build_contour(smooth_, good_, options_, fit_); !status) return tl::unexpected(status.error());
-        write_verdicts();
-        return std::move(fit_);
-    }
-
-  private:
-    core::Status order() {
-        std::vector<char> excluded(centres_.size(), 0), duplicate;
-        for (std::size_t i = 0; i < centres_.size(); ++i) {
-            if (!is_finite(centres_[i]) && fit_.verdicts[i].reason == RejectReason::none)
-                fit_.verdicts[i].reason = RejectReason::no_contact;
-            excluded[i] = fit_.verdicts[i].reason != RejectReason::none;
-        }
-        const auto usable = usable_points(centres_, excluded, duplicate);
-        // A point on the spot of its predecessor tells nothing; one beside it is judged by the curve, like an overlap.
-        std::vector<std::size_t> beside;
-        const Vec2* before = nullptr;
-        for (std::size_t i = 0; i < centres_.size(); ++i) {
-            if (duplicate[i] && before && (centres_[i] - *before).norm() > same_centre_mm) {
-                beside.push_back(i);
-            } else if (duplicate[i]) {
-                fit_.verdicts[i].reason = RejectReason::duplicate;
-            } else if (!excluded[i]) {
-                before = &centres_[i];
-            }
-        }
-        auto lap = order_lap(centres_, usable, options_.closing_gap_factor, options_.reject_floor_mm);
-        if (!lap) return tl::unexpected(lap.error());
-        index_ = std::move(lap->index);
-        again_ = std::move(lap->again);
-        again_.insert(again_.end(), beside.begin(), beside.end());
-        for (const std::size_t i : index_)
-            points_.push_back(centres_[i]);
-        fit_.closed = true;
-        return {};
-    }
-
-    core::Status fit_centre_curve() {
-        BadPoints found = find_bad_points(points_, true, options_.reject_floor_mm);
-        if (static_cast<double>(found.count) > most_bad_share * static_cast<double>(points_.size()) - 1.0)
-            return core::fail(ErrorCode::fit_not_evaluable,
-                              "section: too many points disagree with their neighbours (" +
-                                  std::to_string(found.count) + " of " + std::to_string(points_.size()) + ")");
-        residual_ = found.residual;
-        threshold_ = found.threshold_mm;
-        reason_.assign(points_.size(), RejectReason::none);
-        for (std::size_t k = 0; k < points_.size(); ++k)
-            if (found.bad[k] && !fit_.verdicts[index_[k]].kept) reason_[k] = RejectReason::spline_residual;
-        core::Status turns;
-        for (int cuts = 0; cuts < most_cuts; ++cuts) {
-            if (auto status = fit_rounds(found, cuts); !status) return status;
-            turns = check_turning();
-            if (turns || !cut_tangles()) break;
-        }
-        if (!turns) return turns;
-        fit_.noise_sigma_mm = smooth_.sigma_mm;
-        return {};
-    }
-
-    /// Fit, reject, restore, until nothing changes. After a tangle was cut, verdicts stand.
-    core::Status fit_rounds(const BadPoints& found, int cuts) {
-        for (int round = 0; round < most_rounds; ++round) {
-            collect_good_points();
-            auto smooth = smooth_closed(good_);
-            if (!smooth) return tl::unexpected(smooth.error());
-            smooth_ = std::move(*smooth);
-            if (cuts > 0 || !revise_verdicts(found)) break;
-        }
-        return {};
-    }
-
-    /// Where the points themselves run back and forth (a ball that fell from one flank of a sharp hollow to the other),
-    /// the order of measurement is not the order on the curve: points that turn back on the spot and short loops are
-    /// set aside. False when there is nothing of the kind.
-    bool cut_tangles() {
-        std::vector<std::size_t> at;  // lap positions of the fitted points
-        for (std::size_t k = 0; k < points_.size(); ++k)
-            if (reason_[k] == RejectReason::none) at.push_back(k);
-        const std::size_t n = at.size();
-        const auto point = [&](std::size_t i) -> const Vec2& { return points_[at[i % n]]; };
-        std::vector<char> cut(n, 0);
-        for (std::size_t i = 0; i < n; ++i) {
-            const Vec2 in = point(i + 1) - point(i), out = point(i + 2) - point(i + 1);
-            if (std::abs(turn_angle(in, out)) > turning_back_rad) cut[(i + 1) % n] = 1;
-            for (std::size_t j = i + 2; j < i + longest_loop; ++j) {
-                if (!segments_cross(point(i), point(i + 1), point(j), point(j + 1))) continue;
-                for (std::size_t k = i + 1; k <= j; ++k)
-                    cut[k % n] = 1;
-                break;
-            }
-        }
-        bool any = false;
-        for (std::size_t i = 0; i < n; ++i) {
-            if (!cut[i] || fit_.verdicts[index_[at[i]]].kept) continue;
-            reason_[at[i]] = RejectReason::fit_residual;
-            any = true;
-        }
-        return any;
-    }
-
-    static bool segments_cross(const Vec2& a, const Vec2& b, const Vec2& c, const Vec2& d) {
-        const double c_side = cross(b - a, c - a), d_side = cross(b - a, d - a);
-        const double a_side = cross(d - c, a - c), b_side = cross(d - c, b - c);
-        return c_side * d_side < 0.0 && a_side * b_side < 0.0;
-    }
-
-    void collect_good_points() {
-        good_.clear();
-        for (std::size_t k = 0; k < points_.size(); ++k)
-            if (reason_[k] == RejectReason::none) good_.push_back(points_[k]);
-    }
-
-    /// Checks every point against the fitted curve (A9): what the neighbours excused is rejected, good points that bad
-    /// neighbours accused come back. False when nothing changed.
-    bool revise_verdicts(const BadPoints& found) {
-        bool changed = false;
-        std::size_t good = 0;
-        double near = smooth_.parameter.back();
-        for (std::size_t k = 0; k < points_.size(); ++k) {
-            if (reason_[k] == RejectReason::none) {
-                near = smooth_.parameter[good];
-                residual_[k] = smooth_.residual[good];
-                const bool far_off = !found.corner[k] && std::abs(residual_[k]) > reject_share * found.threshold_mm[k];
-                const std::size_t at = good++;
-                if (!far_off || fit_.verdicts[index_[k]].kept || std::abs(residual_[k]) <= 4.0 * misfit_near(at))
-                    continue;
-                reason_[k] = RejectReason::fit_residual;
-                changed = true;
-            } else {
-                residual_[k] = distance_near(points_[k], near);
-                // No curve is a witness against clear neighbours.
-                const bool clear = std::abs(found.residual[k]) > clear_share * found.threshold_mm[k];
-                if (clear || std::abs(residual_[k]) > restore_sigmas * found.sigma_mm) continue;
-                reason_[k] = RejectReason::none;
-                changed = true;
-            }
-        }
-        return changed;
-    }
-
-    /// Median of the residuals' magnitude among five neighbours on each side of a good point: where the curve itself
-    /// does not follow the part, no single point is to blame.
-    double misfit_near(std::size_t i) const {
-        const std::vector<double>& r = smooth_.residual;
-        std::array<double, 11> near{};
-        for (std::size_t k = 0; k < near.size(); ++k)
-            near[k] = std::abs(r[(i + r.size() + k - 5) % r.size()]);
-        std::nth_element(near.begin(), near.begin() + 5, near.end());
-        return near[5];
-    }
-
-    /// Signed distance of a point that is not in the fit, searched from its last good predecessor on.
-    double distance_near(const Vec2& p, double near) const {
-        const PiecewiseCubic& curve = smooth_.curve;
-        double t = near;
-        for (int step = 0; step < 10; ++step) {
-            const Jet jet = curve.jet(t);
-            const double move = (p - jet.position).dot(jet.d1) / std::max(jet.d1.squaredNorm(), 1e-12);
-            t += std::clamp(move, -0.02 * curve.period(), 0.02 * curve.period());
-            if (std::abs(move) < 1e-9 * curve.period()) break;
-        }
-        const Jet jet = curve.jet(t);
-        return std::copysign((p - jet.position).norm(), (p - jet.position).dot(jet.right_normal()));
-    }
-
-    /// A closed curve without crossings turns once (Hopf's Umlaufsatz).
-    core::Status check_turning() const {
-        double turned = 0.0;
-        const auto& breaks = smooth_.curve.breaks();
-        Vec2 last = smooth_.curve.pieces().front()[1];
-        for (std::size_t k = 0; k < smooth_.curve.spans(); ++k) {
-            for (int part = 1; part <= 4; ++part) {
-                const Vec2 now = smooth_.curve.jet(breaks[k] + 0.25 * part * (breaks[k + 1] - breaks[k])).d1;
-                turned += turn_angle(last, now);
-                last = now;
-            }
-        }
-        if (std::abs(turned - 2.0 * std::numbers::pi) < 0.5) return {};
-        return core::fail(ErrorCode::fit_not_evaluable,
-                          "section: the curve of ball centres crosses itself (it turns by " +
-                              core::fixed(turned * 180.0 / std::numbers::pi, 0) + " degrees, not 360)");
-    }
-
-    void write_verdicts() {
-        for (std::size_t k = 0; k < points_.size(); ++k)
-            fit_.verdicts[index_[k]] = {reason_[k], residual_[k], fit_.verdicts[index_[k]].kept};
-        judge_overlap();
-        fit_.rejected = static_cast<std::size_t>(std::count_if(
-            fit_.verdicts.begin(), fit_.verdicts.end(), [](const auto& v) { return v.reason != RejectReason::none; }));
-    }
-
-    /// The overlap of the scan is judged by the curve that its first measurement gave, as strictly as the points there.
-    void judge_overlap() {
-        if (again_.empty()) return;
-        std::vector<double> threshold;  // by fitted point
-        for (std::size_t k = 0; k < points_.size(); ++k)
-            if (reason_[k] == RejectReason::none) threshold.push_back(threshold_[k]);
-        const ClosestPointIndex index(smooth_.curve);
-        std::size_t span = 0;
-        for (const std::size_t i : again_) {
-            const CurveFoot foot = index.closest(centres_[i], span);
-            span = foot.span;
-            const Vec2 outward = smooth_.curve.jet(foot.t).right_normal();
-            const double residual =
-                std::copysign(std::sqrt(foot.squared), (centres_[i] - smooth_.curve.jet(foot.t).position).dot(outward));
-            const auto next = std::lower_bound(smooth_.parameter.begin(), smooth_.parameter.end(), foot.t);
-            const std::size_t at = static_cast<std::size_t>(next - smooth_.parameter.begin()) % threshold.size();
-            PointVerdict& verdict = fit_.verdicts[i];
-            verdict.residual_mm = residual;
-            if (!verdict.kept && std::abs(residual) > std::max(reject_share * threshold[at], 4.0 * misfit_near(at)))
-                verdict.reason = RejectReason::fit_residual;
-        }
-    }
-
-    SectionFit fit_;
-    std::span<const Vec2> centres_;
-    const SectionOptions& options_;
-    std::vector<std::size_t> index_;  // lap position -> input index
-    std::vector<std::size_t> again_;  // input indices of the overlap
-    std::vector<Vec2> points_;        // by lap position, like the next two
-    std::vector<RejectReason> reason_;
-    std::vector<double> residual_, threshold_;
-    std::vector<Vec2> good_;  // the points that smooth_ was fitted to
-    SmoothCurve smooth_;
-};
-
-}  // namespace
 
 std::string_view to_string(Zone zone) noexcept {
     switch (zone) {
@@ -309,8 +44,17 @@ std::string_view to_string(RejectReason reason) noexcept {
 core::Result<SectionFit> fit_section(std::span<const Eigen::Vector2d> centres, std::span<const RejectReason> excluded,
                                      const SectionOptions& options, std::span<const char> kept) {
     if (!std::isfinite(options.ball_radius_mm) || options.ball_radius_mm < 0.0)
-        return core::fail(ErrorCode::fit_not_evaluable, "section: the ball radius must be a number, 0 or more");
-    return SectionFitter(centres, excluded, kept, options).run();
+        return core::fail(core::ErrorCode::fit_not_evaluable, "section: the ball radius must be a number, 0 or more");
+    auto centre_curve = fit_centre_curve(centres, excluded, options, kept);
+    if (!centre_curve) return tl::unexpected(centre_curve.error());
+    SectionFit fit;
+    fit.closed = true;
+    fit.verdicts = std::move(centre_curve->verdicts);
+    fit.rejected = centre_curve->rejected;
+    fit.noise_sigma_mm = centre_curve->smooth.sigma_mm;
+    if (auto status = build_contour(centre_curve->smooth, centre_curve->good, options, fit); !status)
+        return tl::unexpected(status.error());
+    return fit;
 }
 
 }  // namespace cmm::fitting

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/error.hpp"
+#include "fitting/section.hpp"
+#include "fitting/smoothing.hpp"
+
+namespace cmm::fitting {
+
+/// The curve of ball centres of a section, and what became of its points.
+struct CentreCurve {
+    std::vector<PointVerdict> verdicts;  ///< one per input point, in input order
+    std::size_t rejected = 0;
+    SmoothCurve smooth;      ///< counter-clockwise
+    std::vector<Vec2> good;  ///< the points that it was fitted to, in its order
+};
+
+/// The first half of fit_section: order, bad points, smooth curve. Arguments and errors as there.
+core::Result<CentreCurve> fit_centre_curve(std::span<const Vec2> centres, std::span<const RejectReason> excluded,
+                                           const SectionOptions& options, std::span<const char> kept = {});
+
+}  // namespace cmm::fitting

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/compensation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "fitting/centre_curve.hpp"
+#include "fitting/closed_curve.hpp"
+#include "fitting/surface_cut.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+using core::ErrorCode;
+
+constexpr double spread_by_turning = 0.25;
+constexpr std::size_t provisional_points = 800;
+
+/// Parameters at which S - r N is cut: in equal steps of length and turning of a first, coarser cut.
+std::vector<double> spread(const PlaneCut& cut, double period, std::size_t count) {
+    const std::size_t n = cut.points.size();
+    std::vector<double> length(n + 1, 0.0), turn(n + 1, 0.0);
+    for (std::size_t k = 0; k < n; ++k) {
+        const CutPoint &a = cut.points[k], &b = cut.points[(k + 1) % n];
+        length[k + 1] = length[k] + (b.position - a.position).norm();
+        turn[k + 1] = turn[k] + std::abs(turn_angle(a.normal.head<2>(), b.normal.head<2>()));
+    }
+    std::vector<double> u;
+    std::size_t k = 0;
+    const auto measure = [&](std::size_t i) {
+        return (1.0 - spread_by_turning) * length[i] / length[n] + spread_by_turning * turn[i] / turn[n];
+    };
+    for (std::size_t i = 0; i < count; ++i) {
+        const double wanted = static_cast<double>(i) / static_cast<double>(count);
+        while (k + 1 < n && measure(k + 1) <= wanted)
+            ++k;
+        const double from = cut.points[k].place.u;
+        const double to = k + 1 < n ? cut.points[k + 1].place.u : cut.points[0].place.u + period;
+        const double low = measure(k), high = measure(k + 1);
+        u.push_back(from + (high > low ? (wanted - low) / (high - low) : 0.0) * (to - from));
+    }
+    return u;
+}
+
+double largest_distance(const ContactContour& from, const ContactContour& to) {
+    std::vector<Vec2> points;
+    for (const ContactPoint& p : to.points)
+        points.push_back(p.position_mm.head<2>());
+    const auto curve = ClosedCurve::through(points);
+    if (!curve) return 0.0;
+    double largest = 0.0;
+    for (const ContactPoint& p : from.points)
+        largest = std::max(largest, std::abs(curve->closest(p.position_mm.head<2>()).distance_mm));
+    return largest;
+}
+
+}  // namespace
+
+core::Status SurfaceCompensation::add(std::span<const Vec2> centres, double z_mm, const SectionOptions& options) {
+    auto curve = fit_centre_curve(centres, {}, options);
+    if (!curve) return tl::unexpected(curve.error());
+    return add(std::move(curve->smooth), z_mm, options.le_hint, options.te_hint);
+}
+
+core::Status SurfaceCompensation::add(SmoothCurve centres, double z_mm, const std::optional<Vec2>& le_hint,
+                                      const std::optional<Vec2>& te_hint) {
+    const bool first = rows_.empty();
+    auto row = SurfaceRow::make(std::move(centres), z_mm, ball_radius_, first ? le_hint : rows_.back().le(),
+                                first ? te_hint : rows_.back().te());
+    if (!row) return tl::unexpected(row.error());
+    return take(std::move(*row));
+}
+
+core::Status SurfaceCompensation::take(SurfaceRow row) {
+    std::optional<ContactContour> provisional;
+    if (fit_)
+        if (auto contour = cut(rows_.back().z_mm(), provisional_points)) provisional = std::move(*contour);
+    rows_.push_back(std::move(row));
+    if (rows_.size() < 2) return {};
+    SurfaceFitOptions options;
+    options.beyond_mm = ball_radius_;
+    auto fit = fit_surface(rows_, options);
+    if (!fit) {
+        rows_.pop_back();
+        return tl::unexpected(fit.error());
+    }
+    fit_ = std::move(*fit);
+    provisional_ = std::move(provisional);
+    return {};
+}
+
+core::Result<ContactContour> SurfaceCompensation::cut(double z_mm, std::size_t count) const {
+    const Surface& surface = fit_->surface;
+    const auto coarse = cut_at_height(surface, -ball_radius_, z_mm, span_parameters(surface.u(), 3));
+    if (!coarse) return tl::unexpected(coarse.error());
+    if (coarse->points.size() < 8)
+        return core::fail(ErrorCode::fit_not_evaluable, "compensation: the ball is larger than what it touched");
+    const double period = surface.u().back() - surface.u().front();
+    auto fine = cut_at_height(surface, -ball_radius_, z_mm, spread(*coarse, period, count));
+    if (!fine) return tl::unexpected(fine.error());
+    ContactContour contour;
+    contour.z_mm = z_mm;
+    contour.final = z_mm < rows_.back().z_mm();
+    contour.unreached = fine->folded;
+    for (const CutPoint& p : fine->points)
+        contour.points.push_back({p.position, p.normal, std::asin(std::clamp(p.normal.z(), -1.0, 1.0))});
+    return contour;
+}
+
+core::Result<ContactContour> SurfaceCompensation::contour(double z_mm, std::size_t count) const {
+    if (!fit_)
+        return core::fail(ErrorCode::fit_not_evaluable,
+                          "compensation: needs 2 sections, has " + std::to_string(rows_.size()));
+    if (!(z_mm >= rows_.front().z_mm() && z_mm <= rows_.back().z_mm()))
+        return core::fail(ErrorCode::fit_not_evaluable, "compensation: the height lies beyond the sections");
+    auto contour = cut(z_mm, std::max<std::size_t>(count, 16));
+    if (contour && provisional_ && provisional_->z_mm == z_mm)
+        contour->change_mm = largest_distance(*provisional_, *contour);
+    return contour;
+}
+
+}  // namespace cmm::fitting

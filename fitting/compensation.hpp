@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/error.hpp"
+#include "fitting/section.hpp"
+#include "fitting/surface_fit.hpp"
+#include "fitting/surface_rows.hpp"
+
+namespace cmm::fitting {
+
+/// A point of the part where a ball touched it.
+struct ContactPoint {
+    Vec3 position_mm = Vec3::Zero();
+    Vec3 normal = Vec3::Zero();  ///< unit, out of the material, of the surface (not of the section)
+    double lean_rad = 0.0;       ///< of the normal against the section's plane
+};
+
+/// The contour of the part in a plane z = const.
+struct ContactContour {
+    double z_mm = 0.0;
+    bool final = false;                ///< a section above it has closed
+    std::vector<ContactPoint> points;  ///< counter-clockwise from the LE, all at z_mm
+    std::size_t unreached = 0;         ///< places where the ball touches nothing (concave radius below its own)
+    double change_mm = 0.0;            ///< of a final contour: largest distance from the provisional one
+};
+
+/// Compensation of the ball by the surface of its centres (seed 000, A6; the equidistant surface): sections of ball
+/// centres come one after another, upwards; contact = centre - r N, N the normal of the surface through all of them;
+/// the contour asked for is cut from the surface of contacts in its own plane. A section is provisional until the one
+/// above it has closed: its lean then rests on the sections below alone. One owner, one thread; O(all sections) a
+/// section (some milliseconds for 25). Millimetres, part frame.
+class SurfaceCompensation {
+  public:
+    explicit SurfaceCompensation(double ball_radius_mm) : ball_radius_(ball_radius_mm) {}
+
+    /// Takes the centres of a section in measuring order, finds the bad points, and grows the surface. A section that
+    /// is refused leaves all as it was. Errors: fit_not_evaluable (the section's own, see fit_section; not above the
+    /// last one; does not continue it; ball radius not a number).
+    core::Status add(std::span<const Vec2> centres, double z_mm, const SectionOptions& options = {});
+    /// The same with a curve of centres that is there already.
+    core::Status add(SmoothCurve centres, double z_mm, const std::optional<Vec2>& le_hint = {},
+                     const std::optional<Vec2>& te_hint = {});
+
+    /// The part's contour at a height between the first and the last section, about `count` points: three quarters by
+    /// length, the others by turning. Errors: fit_not_evaluable (fewer than 2 sections, a height beyond them).
+    core::Result<ContactContour> contour(double z_mm, std::size_t count = 2400) const;
+
+    std::span<const SurfaceRow> rows() const { return rows_; }
+    /// None before the second section.
+    const std::optional<SurfaceFit>& centres() const { return fit_; }
+
+  private:
+    core::Status take(SurfaceRow row);
+    core::Result<ContactContour> cut(double z_mm, std::size_t count) const;
+
+    double ball_radius_ = 0.0;
+    std::vector<SurfaceRow> rows_;
+    std::optional<SurfaceFit> fit_;
+    std::optional<ContactContour> provisional_;  ///< of the last section before the newest
+};
+
+}  // namespace cmm::fitting

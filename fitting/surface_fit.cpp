@@ -1,0 +1,228 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/surface_fit.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include "fitting/column_smoother.hpp"
+#include "fitting/knot_spacing.hpp"
+#include "fitting/surface_index.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+using core::ErrorCode;
+
+constexpr std::size_t anchor_count = 2000, most_spans = 512;
+/// Weights that are tried; the last leaves hardly more than a cubic.
+constexpr std::array<double, 10> weights{1e-6, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5};
+/// Columns to either side that share a weight, as a share of all.
+constexpr double window_share = 1.0 / 20.0;
+constexpr double least_distance_mm = 1e-3;  // of rows
+
+core::Status check(std::span<const SurfaceRow> rows) {
+    const auto refuse = [](const std::string& why) {
+        return core::fail(ErrorCode::fit_not_evaluable, "surface: " + why);
+    };
+    if (rows.size() < 2) return refuse("needs 2 rows, got " + std::to_string(rows.size()));
+    for (std::size_t k = 1; k < rows.size(); ++k) {
+        const SurfaceRow &below = rows[k - 1], &above = rows[k];
+        const std::string name = "row " + std::to_string(k);
+        if (std::abs(above.z_mm() - below.z_mm()) < least_distance_mm) return refuse(name + " is the one below again");
+        if (above.z_mm() < below.z_mm()) return refuse(name + " lies below its predecessor: the rows cross");
+        const double shorter = 0.5 * std::min(above.length_mm(), below.length_mm());
+        if ((above.le() - below.le()).norm() > shorter || (above.te() - below.te()).norm() > shorter ||
+            (above.te() - above.le()).dot(below.te() - below.le()) <= 0.0)
+            return refuse(name + " does not continue the one below");
+    }
+    return {};
+}
+
+class RowsFitter {
+  public:
+    RowsFitter(std::span<const SurfaceRow> rows, const SurfaceFitOptions& options)
+        : rows_(rows), options_(options), alignment_(rows), smoother_(heights(rows), options.beyond_mm) {}
+
+    core::Result<SurfaceFit> run() {
+        place_knots();
+        sample();
+        if (!choose_weights()) return core::fail(ErrorCode::fit_not_evaluable, "surface: singular across the rows");
+        return assemble();
+    }
+
+  private:
+    static std::vector<double> heights(std::span<const SurfaceRow> rows) {
+        std::vector<double> z;
+        for (const SurfaceRow& row : rows)
+            z.push_back(row.z_mm());
+        return z;
+    }
+    Vec2 on_row(std::size_t k, double u) const { return rows_[k].at(alignment_.arc_length(k, u)); }
+
+    void place_knots() {
+        const double period = alignment_.period();
+        std::vector<double> u(anchor_count);
+        std::vector<Vec2> anchors(anchor_count);
+        for (std::size_t i = 0; i < anchor_count; ++i) {
+            u[i] = period * static_cast<double>(i) / static_cast<double>(anchor_count);
+            anchors[i] = on_row(rows_.size() / 2, u[i]);
+        }
+        breaks_ = graded_knots(anchors, u, period, options_.span_turn_rad, most_spans);
+    }
+
+    void sample() {
+        const std::size_t n = breaks_.size() - 1, m = rows_.size();
+        columns_.assign(n, std::vector<Vec3>(m));
+        for (std::size_t k = 0; k < m; ++k)
+            for (std::size_t i = 0; i < n; ++i) {
+                const Vec2 p = on_row(k, breaks_[i]);
+                columns_[i][k] = {p.x(), p.y(), rows_[k].z_mm()};
+            }
+        // Normals for the scatter: from neighbours along and across.
+        normals_.assign(n, std::vector<Vec3>(m));
+        for (std::size_t i = 0; i < n; ++i)
+            for (std::size_t k = 0; k < m; ++k) {
+                const Vec3 along = columns_[(i + 1) % n][k] - columns_[(i + n - 1) % n][k];
+                const Vec3 across = columns_[i][std::min(k + 1, m - 1)] - columns_[i][k > 0 ? k - 1 : 0];
+                normals_[i][k] = along.cross(across).normalized();
+            }
+    }
+
+    /// Generalised cross-validation (Craven and Wahba 1979) over windows of columns.
+    bool choose_weights() {
+        const std::size_t n = columns_.size(), m = rows_.size();
+        chosen_.assign(n, 0);
+        std::vector<double> best(n), squares(n), kept(n, 0.0);
+        const auto window = std::max<std::size_t>(1, static_cast<std::size_t>(window_share * static_cast<double>(n)));
+        freedom_.assign(n, 0.0);
+        for (std::size_t w = 0; w < weights.size(); ++w) {
+            if (!smoother_.set_weight(weights[w])) continue;  // too little for so few rows
+            const double free = static_cast<double>(m) - smoother_.freedom();
+            for (std::size_t i = 0; i < n; ++i) {
+                smoother_.solve(columns_[i], controls_);
+                squares[i] = 0.0;
+                for (std::size_t k = 0; k < m; ++k) {
+                    const double r = normals_[i][k].dot(columns_[i][k] - smoother_.at_row(k, controls_));
+                    squares[i] += r * r;
+                }
+            }
+            for (std::size_t i = 0; i < n; ++i) {
+                double sum = 0.0;
+                for (std::size_t j = 0; j <= 2 * window; ++j)
+                    sum += squares[(i + n + j - window) % n];
+                const double score = free > 0.5 ? sum / (free * free) : std::numeric_limits<double>::infinity();
+                if (freedom_[i] > 0.0 && !(score < best[i])) continue;
+                best[i] = score;
+                chosen_[i] = w;
+                freedom_[i] = smoother_.freedom();
+                kept[i] = squares[i] / std::max(free, 0.5);
+            }
+        }
+        row_sigma_ = std::sqrt(std::accumulate(kept.begin(), kept.end(), 0.0) / static_cast<double>(n));
+        return std::find(freedom_.begin(), freedom_.end(), 0.0) == freedom_.end();
+    }
+
+    core::Result<SurfaceFit> assemble() {
+        const std::size_t n = columns_.size(), m = smoother_.axis().controls();
+        std::vector<std::vector<Vec3>> across(n);
+        for (std::size_t w = 0; w < weights.size(); ++w) {
+            if (std::find(chosen_.begin(), chosen_.end(), w) == chosen_.end()) continue;
+            smoother_.set_weight(weights[w]);
+            for (std::size_t i = 0; i < n; ++i)
+                if (chosen_[i] == w) smoother_.solve(columns_[i], across[i]);
+        }
+        auto axis = CubicAxis::on_breaks(breaks_, true);
+        if (!axis) return tl::unexpected(axis.error());
+        std::vector<Vec3> controls(n * m);
+        std::vector<Vec2> plane(n);
+        for (std::size_t j = 0; j < m; ++j) {
+            for (std::size_t i = 0; i < n; ++i)
+                plane[i] = across[i][j].head<2>();
+            const PiecewiseCubic curve = interpolate_periodic(plane, breaks_);
+            const double height = smoother_.axis().abscissa(j);  // so that z = v, to rounding
+            for (std::size_t i = 0; i < n; ++i) {
+                const Vec2 control = polar(*axis, i, curve);
+                controls[j * n + i] = {control.x(), control.y(), height};
+            }
+        }
+        auto surface = Surface::make(std::move(*axis), smoother_.axis(), std::move(controls));
+        if (!surface) return tl::unexpected(surface.error());
+        return SurfaceFit{std::move(*surface), std::move(freedom_), row_sigma_};
+    }
+
+    /// Control i: the polar form, at its three inner knots, of the piece between the last two (Ramshaw 1989).
+    Vec2 polar(const CubicAxis& axis, std::size_t i, const PiecewiseCubic& curve) const {
+        const std::size_t n = breaks_.size() - 1;
+        const PiecewiseCubic::Piece& piece = curve.pieces()[(i + n - 1) % n];
+        // The middle one of the three is where the piece begins.
+        const double x = axis.knots()[i + 1] - axis.knots()[i + 2], y = axis.knots()[i + 3] - axis.knots()[i + 2];
+        return piece[0] + (x + y) / 3.0 * piece[1] + x * y / 3.0 * piece[2];
+    }
+
+    std::span<const SurfaceRow> rows_;
+    const SurfaceFitOptions& options_;
+    RowAlignment alignment_;
+    ColumnSmoother smoother_;
+    std::vector<double> breaks_;
+    std::vector<std::vector<Vec3>> columns_, normals_;  // by break, then by row
+    std::vector<std::size_t> chosen_;
+    std::vector<double> freedom_;
+    std::vector<Vec3> controls_;
+    double row_sigma_ = 0.0;
+};
+
+}  // namespace
+
+core::Result<SurfaceFit> fit_surface(std::span<const SurfaceRow> rows, const SurfaceFitOptions& options) {
+    if (!(options.span_turn_rad > 0.0) || !(options.beyond_mm >= 0.0) || !std::isfinite(options.beyond_mm))
+        return core::fail(ErrorCode::fit_not_evaluable, "surface: options out of range");
+    if (auto status = check(rows); !status) return tl::unexpected(status.error());
+    return RowsFitter(rows, options).run();
+}
+
+SurfaceDeviation deviation_of(const Surface& surface, std::span<const Vec3> points, bool warm) {
+    SurfaceDeviation result;
+    const SurfacePlace middle{0.5 * (surface.u().front() + surface.u().back()),
+                              0.5 * (surface.v().front() + surface.v().back())};
+    std::optional<SurfaceIndex> index;
+    SearchCost cost;
+    SurfacePlace last = middle;
+    std::vector<double> off;
+    off.reserve(points.size());
+    double sum = 0.0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        auto foot = newton_foot(surface, points[i], warm ? last : middle, &cost);
+        // The first one has no neighbour; the others are where their neighbour is, or have gone astray.
+        if (!foot || i == 0) {
+            if (!index) index.emplace(surface);
+            foot = index->closest(points[i]);
+        }
+        last = foot->place;
+        const SurfaceJet jet = surface.jet(last);
+        const double signed_off = (points[i] - jet.position).dot(jet.normal());
+        sum += signed_off;
+        off.push_back(std::sqrt(foot->squared));
+        result.rms_mm += foot->squared;
+    }
+    result.points = points.size();
+    result.newton_steps = cost.steps;
+    result.newton_failures = cost.failures;
+    if (off.empty()) return result;
+    const auto n = static_cast<double>(off.size());
+    result.mean_mm = sum / n;
+    result.rms_mm = std::sqrt(result.rms_mm / n);
+    std::sort(off.begin(), off.end());
+    const auto share = [&](double part) { return off[static_cast<std::size_t>(part * (n - 1.0))]; };
+    result.p95_mm = share(0.95);
+    result.p99_mm = share(0.99);
+    result.max_mm = off.back();
+    return result;
+}
+
+}  // namespace cmm::fitting

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "core/error.hpp"
+#include "fitting/surface.hpp"
+#include "fitting/surface_rows.hpp"
+
+namespace cmm::fitting {
+
+struct SurfaceFitOptions {
+    /// How far the surface reaches beyond the first and the last row.
+    double beyond_mm = 0.0;
+    /// Turning that a span of u holds at most.
+    double span_turn_rad = 0.06;
+};
+
+struct SurfaceFit {
+    Surface surface;
+    /// Effective number of parameters along v, by span of u: chosen from the noise in the rows.
+    std::vector<double> freedom_v;
+    /// Standard deviation of the rows about the surface along its normal: what the neighbours took from them.
+    double row_sigma_mm = 0.0;
+};
+
+/// The surface through rows of different counts and spacing (seed 001, B1-B14, layered): the rows' smooth curves are
+/// aligned by LE and TE, sampled at common places that follow the turning of the middle row (B4-B10), smoothed across
+/// the rows column by column with a strength that generalised cross-validation takes from the scatter along the normal,
+/// and interpolated along u. Rows ascend in z; S_z(u, v) = v. Errors: fit_not_evaluable (fewer than 2 rows, rows that
+/// are not in order or at the same height, rows that cross: a neighbour's noses are farther away than the row is long).
+core::Result<SurfaceFit> fit_surface(std::span<const SurfaceRow> rows, const SurfaceFitOptions& options = {});
+
+/// How far points are from a surface: signed, positive along its normal.
+struct SurfaceDeviation {
+    double mean_mm = 0.0, rms_mm = 0.0, p95_mm = 0.0, p99_mm = 0.0, max_mm = 0.0;  ///< of magnitudes, but the first
+    std::size_t points = 0;
+    std::size_t newton_steps = 0, newton_failures = 0;
+};
+
+/// Newton's method from the foot of the point before, or from the surface's middle when `warm` is false; where it
+/// fails, the index decides.
+SurfaceDeviation deviation_of(const Surface& surface, std::span<const Vec3> points, bool warm = true);
+
+}  // namespace cmm::fitting

@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Surfaces through rows of unequal length against exact truth.
+#include "fitting/surface_fit.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <limits>
+
+#include "core/rng.hpp"
+#include "support/twisted_blade.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+struct MeasuredRows {
+    std::vector<Vec3> points;
+    std::vector<SurfaceRow> rows;
+};
+
+/// Rows of 340 to 460 points on the part itself, 1 um noise along the normal.
+MeasuredRows measured(const families::TwistedBlade& blade, std::size_t count) {
+    MeasuredRows result;
+    std::optional<Vec2> le, te;
+    for (std::size_t k = 0; k < count; ++k) {
+        const double z = 2 + (blade.height() - 4) * double(k) / double(count - 1);
+        families::ScanOptions scanning;
+        scanning.ball_mm = 0.0;
+        scanning.bad_share = 0.0;
+        scanning.points = 340 + k * 37 % 121;
+        scanning.seed = 1 + k;
+        const auto row = families::scan_rows(blade, 1, z, z, scanning).rows[0];
+        std::vector<Vec2> plane;
+        for (const Vec3& p : row)
+            plane.push_back(p.head<2>());
+        if (!le) {
+            le = blade.outline(z).le().nose;
+            te = blade.outline(z).te().nose;
+        }
+        auto made = SurfaceRow::make(smooth_closed(plane).value(), z, 0.0, le, te);
+        EXPECT_TRUE(made);
+        le = made->le();
+        te = made->te();
+        result.rows.push_back(std::move(*made));
+        result.points.insert(result.points.end(), row.begin(), row.end());
+    }
+    return result;
+}
+
+TEST(SurfaceFit, RowsOfUnequalLength) {
+    const families::TwistedBlade blade(families::Family::compressor, 6);
+    const MeasuredRows data = measured(blade, 60);
+    const auto fit = fit_surface(data.rows);
+    ASSERT_TRUE(fit) << fit.error().message;
+    core::Rng rng(3);
+    double squares = 0.0, largest = 0.0;
+    constexpr int judged = 4000;
+    for (int level = 0; level < 20; ++level) {
+        const double z = rng.uniform(2, blade.height() - 2);
+        const auto truth = blade.section(z);
+        for (int i = 0; i < judged / 20; ++i) {
+            const Vec3 p = fit->surface.position({rng.uniform(0, fit->surface.u().back()), z});
+            EXPECT_NEAR(p.z(), z, 1e-9);
+            const double off = truth.closest(p.head<2>()).distance;
+            squares += off * off;
+            largest = std::max(largest, std::abs(off));
+        }
+    }
+    std::cout << "surface through 60 rows: rms " << 1e3 * std::sqrt(squares / judged) << " um, max " << 1e3 * largest
+              << " um, rows off by " << 1e3 * fit->row_sigma_mm << " um\n";
+    EXPECT_LT(std::sqrt(squares / judged), 0.25e-3);
+    EXPECT_LT(largest, 2.4e-3);
+    EXPECT_GT(fit->row_sigma_mm, 0.05e-3) << "the rows' own noise";
+    EXPECT_LT(fit->row_sigma_mm, 1e-3);
+
+    const SurfaceDeviation warm = deviation_of(fit->surface, data.points);
+    EXPECT_EQ(warm.points, data.points.size());
+    EXPECT_NEAR(warm.rms_mm, 1e-3, 0.1e-3) << "the points' noise";
+    EXPECT_LT(warm.p95_mm, warm.p99_mm);
+    EXPECT_LT(warm.p99_mm, warm.max_mm);
+    EXPECT_LT(warm.max_mm, 8e-3);
+    EXPECT_NEAR(warm.mean_mm, 0.0, 0.1e-3);
+    EXPECT_LT(double(warm.newton_steps), 5.0 * double(warm.points));
+    const std::vector<Vec3> some(data.points.begin(), data.points.begin() + 400);
+    const SurfaceDeviation cold = deviation_of(fit->surface, some, false);
+    EXPECT_GT(double(cold.newton_steps) / 400.0, double(warm.newton_steps) / double(warm.points));
+}
+
+TEST(SurfaceFit, AlignsTheEdgesOfTheRows) {
+    const families::TwistedBlade blade(families::Family::turbine, 6);
+    const MeasuredRows data = measured(blade, 12);
+    const RowAlignment alignment(data.rows);
+    double nearest = 1.0, farthest = 0.0;
+    for (std::size_t k = 0; k < data.rows.size(); ++k) {
+        const auto outline = blade.outline(data.rows[k].z_mm());
+        const double apart = (data.rows[k].at(alignment.arc_length(k, 0.0)) - outline.le().nose).norm();
+        EXPECT_LT(apart, 0.3) << "the nose by the sides' normals is near the camber line's end";
+        nearest = std::min(nearest, apart);
+        farthest = std::max(farthest, apart);
+        double last = alignment.arc_length(k, 0.0);
+        for (int i = 1; i <= 500; ++i) {
+            const double s = alignment.arc_length(k, alignment.period() * i / 500);
+            EXPECT_GT(s, last);
+            last = s;
+        }
+        EXPECT_NEAR(last, alignment.arc_length(k, 0.0) + data.rows[k].length_mm(), 1e-9);
+    }
+    EXPECT_LT(farthest - nearest, 0.03) << "at the same place on all rows";
+}
+
+TEST(SurfaceFit, RefusesRowsThatMakeNoSurface) {
+    const families::TwistedBlade blade(families::Family::turbine, 7);
+    std::vector<SurfaceRow> rows = measured(blade, 4).rows;
+    EXPECT_FALSE(fit_surface({}));
+    EXPECT_FALSE(fit_surface(std::span(rows).first(1)));
+    EXPECT_TRUE(fit_surface(std::span(rows).first(2)));
+    EXPECT_TRUE(fit_surface(std::span(rows).first(3)));
+    EXPECT_FALSE(fit_surface(rows, {.beyond_mm = std::nan("")}));
+    EXPECT_FALSE(fit_surface(rows, {.span_turn_rad = 0.0}));
+    const std::vector<SurfaceRow> again{rows[0], rows[0]};
+    EXPECT_NE(fit_surface(again).error().message.find("again"), std::string::npos);
+    const std::vector<SurfaceRow> crossing{rows[0], rows[2], rows[1]};
+    EXPECT_NE(fit_surface(crossing).error().message.find("cross"), std::string::npos);
+    EXPECT_FALSE(SurfaceRow::make(rows[0].smooth(), std::numeric_limits<double>::infinity(), 0.0));
+    EXPECT_FALSE(SurfaceRow::make(rows[0].smooth(), 1.0, -1.0));
+    EXPECT_EQ(deviation_of(fit_surface(rows)->surface, {}).points, 0U);
+}
+
+}  // namespace
+}  // namespace cmm::fitting
