@@ -25,6 +25,9 @@ constexpr std::array<double, 10> weights{1e-6, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 
 /// Columns to either side that share a weight, as a share of all.
 constexpr double window_share = 1.0 / 20.0;
 constexpr double least_distance_mm = 1e-3;  // of rows
+// Feet farther away than so many times the rms of those before are looked for again with proof.
+constexpr double doubtful = 3.0;
+constexpr double nanometre = 1e-6;
 
 core::Status check(std::span<const SurfaceRow> rows) {
     const auto refuse = [](const std::string& why) {
@@ -195,28 +198,30 @@ SurfaceDeviation deviation_of(const Surface& surface, std::span<const Vec3> poin
     SurfacePlace last = middle;
     std::vector<double> off;
     off.reserve(points.size());
-    double sum = 0.0;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        auto foot = newton_foot(surface, points[i], warm ? last : middle, &cost);
-        // The first one has no neighbour; the others are where their neighbour is, or have gone astray.
-        if (!foot || i == 0) {
+    double sum = 0.0, squares = 0.0;
+    for (const Vec3& p : points) {
+        auto foot = newton_foot(surface, p, warm ? last : middle, &cost);
+        // No foot is farther off than it is away: one as near as the others needs no second look.
+        if (off.empty() || !foot || foot->squared * static_cast<double>(off.size()) > doubtful * doubtful * squares) {
             if (!index) index.emplace(surface);
-            foot = index->closest(points[i]);
+            const SurfaceFoot nearest = index->closest(p, last);
+            cost.wrong += foot && std::sqrt(nearest.squared) < std::sqrt(foot->squared) - nanometre;
+            foot = nearest;
         }
         last = foot->place;
         const SurfaceJet jet = surface.jet(last);
-        const double signed_off = (points[i] - jet.position).dot(jet.normal());
-        sum += signed_off;
+        sum += (p - jet.position).dot(jet.normal());
         off.push_back(std::sqrt(foot->squared));
-        result.rms_mm += foot->squared;
+        squares += foot->squared;
     }
     result.points = points.size();
     result.newton_steps = cost.steps;
     result.newton_failures = cost.failures;
+    result.newton_wrong = cost.wrong;
     if (off.empty()) return result;
     const auto n = static_cast<double>(off.size());
     result.mean_mm = sum / n;
-    result.rms_mm = std::sqrt(result.rms_mm / n);
+    result.rms_mm = std::sqrt(squares / n);
     std::sort(off.begin(), off.end());
     const auto share = [&](double part) { return off[static_cast<std::size_t>(part * (n - 1.0))]; };
     result.p95_mm = share(0.95);

@@ -82,9 +82,11 @@ TEST(SurfaceFit, RowsOfUnequalLength) {
     EXPECT_LT(warm.p99_mm, warm.max_mm);
     EXPECT_LT(warm.max_mm, 8e-3);
     EXPECT_NEAR(warm.mean_mm, 0.0, 0.1e-3);
+    EXPECT_LT(warm.newton_wrong + warm.newton_failures, warm.points / 20);
     EXPECT_LT(double(warm.newton_steps), 5.0 * double(warm.points));
     const std::vector<Vec3> some(data.points.begin(), data.points.begin() + 400);
     const SurfaceDeviation cold = deviation_of(fit->surface, some, false);
+    EXPECT_GT(cold.newton_wrong + cold.newton_failures, 50U);
     EXPECT_GT(double(cold.newton_steps) / 400.0, double(warm.newton_steps) / double(warm.points));
 }
 
