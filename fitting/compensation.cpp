@@ -15,7 +15,7 @@ namespace {
 
 using core::ErrorCode;
 
-constexpr double spread_by_turning = 0.25;
+constexpr double contour_turning_share = 0.25;
 constexpr std::size_t provisional_points = 800;
 
 /// Parameters at which S - r N is cut: in equal steps of length and turning of a first, coarser cut.
@@ -30,7 +30,7 @@ std::vector<double> spread(const PlaneCut& cut, double period, std::size_t count
     std::vector<double> u;
     std::size_t k = 0;
     const auto measure = [&](std::size_t i) {
-        return (1.0 - spread_by_turning) * length[i] / length[n] + spread_by_turning * turn[i] / turn[n];
+        return (1.0 - contour_turning_share) * length[i] / length[n] + contour_turning_share * turn[i] / turn[n];
     };
     for (std::size_t i = 0; i < count; ++i) {
         const double wanted = static_cast<double>(i) / static_cast<double>(count);

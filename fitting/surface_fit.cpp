@@ -19,7 +19,7 @@ namespace {
 
 using core::ErrorCode;
 
-constexpr std::size_t anchor_count = 2000, most_spans = 512;
+constexpr std::size_t anchor_count = 2000, most_u_spans = 512;
 /// Weights that are tried; the last leaves hardly more than a cubic.
 constexpr std::array<double, 10> weights{1e-6, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5};
 /// Columns to either side that share a weight, as a share of all.
@@ -76,7 +76,7 @@ class RowsFitter {
             u[i] = period * static_cast<double>(i) / static_cast<double>(anchor_count);
             anchors[i] = on_row(rows_.size() / 2, u[i]);
         }
-        breaks_ = graded_knots(anchors, u, period, options_.span_turn_rad, most_spans);
+        breaks_ = graded_knots(anchors, u, period, options_.span_turn_rad, most_u_spans);
     }
 
     void sample() {

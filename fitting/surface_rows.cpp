@@ -12,7 +12,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr std::size_t searched_points = 1600;
+constexpr std::size_t searched_row_points = 1600;
 
 /// The polynomial of least squares of degree up to 3 at the z_k, in place.
 void smooth_over(std::span<const double> z, std::span<double> values) {
@@ -48,7 +48,7 @@ core::Result<SurfaceRow> SurfaceRow::make(SmoothCurve smooth, double z_mm, doubl
     row.z_mm_ = z_mm;
     row.smooth_ = std::move(smooth);
     row.arc_ = ArcLength(row.smooth_.curve);
-    const auto part = offset_inwards(row.smooth_.curve, ball_radius_mm, searched_points).points;
+    const auto part = offset_inwards(row.smooth_.curve, ball_radius_mm, searched_row_points).points;
     const auto edges = find_edges(part, le_hint, te_hint);
     if (!edges) return tl::unexpected(edges.error());
     const auto place = [&](std::size_t i) {

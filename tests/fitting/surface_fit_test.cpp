@@ -21,7 +21,7 @@ struct MeasuredRows {
 };
 
 /// Rows of 340 to 460 points on the part itself, 1 um noise along the normal.
-MeasuredRows measured(const families::TwistedBlade& blade, std::size_t count) {
+MeasuredRows measured_rows(const families::TwistedBlade& blade, std::size_t count) {
     MeasuredRows result;
     std::optional<Vec2> le, te;
     for (std::size_t k = 0; k < count; ++k) {
@@ -51,7 +51,7 @@ MeasuredRows measured(const families::TwistedBlade& blade, std::size_t count) {
 
 TEST(SurfaceFit, RowsOfUnequalLength) {
     const families::TwistedBlade blade(families::Family::compressor, 6);
-    const MeasuredRows data = measured(blade, 60);
+    const MeasuredRows data = measured_rows(blade, 60);
     const auto fit = fit_surface(data.rows);
     ASSERT_TRUE(fit) << fit.error().message;
     core::Rng rng(3);
@@ -92,7 +92,7 @@ TEST(SurfaceFit, RowsOfUnequalLength) {
 
 TEST(SurfaceFit, AlignsTheEdgesOfTheRows) {
     const families::TwistedBlade blade(families::Family::turbine, 6);
-    const MeasuredRows data = measured(blade, 12);
+    const MeasuredRows data = measured_rows(blade, 12);
     const RowAlignment alignment(data.rows);
     double nearest = 1.0, farthest = 0.0;
     for (std::size_t k = 0; k < data.rows.size(); ++k) {
@@ -114,7 +114,7 @@ TEST(SurfaceFit, AlignsTheEdgesOfTheRows) {
 
 TEST(SurfaceFit, RefusesRowsThatMakeNoSurface) {
     const families::TwistedBlade blade(families::Family::turbine, 7);
-    std::vector<SurfaceRow> rows = measured(blade, 4).rows;
+    std::vector<SurfaceRow> rows = measured_rows(blade, 4).rows;
     EXPECT_FALSE(fit_surface({}));
     EXPECT_FALSE(fit_surface(std::span(rows).first(1)));
     EXPECT_TRUE(fit_surface(std::span(rows).first(2)));

@@ -17,7 +17,7 @@ namespace cmm::fitting {
 namespace {
 
 constexpr double whole_turn = 2 * std::numbers::pi;
-constexpr double nanometre = 1e-6;
+constexpr double one_nm = 1e-6;
 
 /// The least distance by brute force: a grid finer than any curvature, each of its twenty best nodes polished by
 /// descent.
@@ -122,7 +122,7 @@ TEST(SurfaceIndex, NothingIsNearerOnAnEllipsoid) {
     core::Rng rng(3);
     for (int k = 0; k < 60; ++k) {
         const Vec3 p(rng.uniform(-8, 8), rng.uniform(-4, 4), rng.uniform(-5, 5));
-        EXPECT_NEAR(std::sqrt(index.closest(p).squared), nearest_by_force(s, p, 240, 96), nanometre);
+        EXPECT_NEAR(std::sqrt(index.closest(p).squared), nearest_by_force(s, p, 240, 96), one_nm);
     }
 }
 
@@ -136,10 +136,10 @@ TEST(SurfaceIndex, NothingIsNearerOnBladesWhateverTheHint) {
             const SurfaceJet jet = s.jet({rng.uniform(0, 1), rng.uniform(0, blade.height())});
             const Vec3 p = jet.position + rng.uniform(-3, 3) * jet.normal();
             const double cold = std::sqrt(index.closest(p).squared);
-            EXPECT_NEAR(cold, nearest_by_force(s, p, 1000, 40), nanometre) << blade.name();
+            EXPECT_NEAR(cold, nearest_by_force(s, p, 1000, 40), one_nm) << blade.name();
             for (int h = 0; h < 4; ++h) {
                 const SurfacePlace hint{rng.uniform(0, 1), rng.uniform(0, blade.height())};
-                EXPECT_NEAR(std::sqrt(index.closest(p, hint).squared), cold, nanometre);
+                EXPECT_NEAR(std::sqrt(index.closest(p, hint).squared), cold, one_nm);
             }
         }
     }
@@ -160,7 +160,7 @@ TEST(SurfaceIndex, ManyPointsInAnyOrder) {
     index.closest(points, feet, &cost);
     EXPECT_GT(cost.steps, points.size());
     for (std::size_t k = 0; k < points.size(); ++k) {
-        EXPECT_NEAR(std::sqrt(feet[k].squared), std::sqrt(index.closest(points[k]).squared), nanometre);
+        EXPECT_NEAR(std::sqrt(feet[k].squared), std::sqrt(index.closest(points[k]).squared), one_nm);
         EXPECT_NEAR((s.position(feet[k].place) - points[k]).squaredNorm(), feet[k].squared, 1e-9);
     }
 }
