@@ -83,8 +83,8 @@ Tally3 judge(const families::TwistedBlade& blade, const families::ScanOptions& s
     return tally;
 }
 
-/// What the issue asks for is 0.25 and 0.60 um rms, 1.5 and 3.0 um at most; the largest on the sides, where the
-/// curvature jumps at the end of an edge, is not reached on all blades (docs/theory.md, section 10).
+/// Limits of what is reached on these blades. Wanted are 0.25 and 0.60 um rms, 1.5 and 3.0 um at most, without noise
+/// 0.05 and 0.30: of these only the edges' first two are met on all (docs/theory.md, section 12).
 TEST(Compensation, ContoursOfTwistedBlades) {
     for (const auto family : families::all_families)
         for (const std::uint64_t seed : {1, 3}) {
