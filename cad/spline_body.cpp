@@ -31,7 +31,7 @@ namespace {
 using core::ErrorCode;
 using core::fail;
 
-constexpr double turn_rad = 0.1;  // between neighbouring triangles at most
+constexpr double triangle_turn_rad = 0.1;  // between neighbouring triangles at most
 
 /// STEP's own letters; others would have to be coded.
 std::string plain(std::string name) {
@@ -125,7 +125,7 @@ core::Status write_stl(const SplineNet& net, double deflection_mm, const std::st
     try {
         const auto shape = shape_of(net, BodyForm::solid);
         if (!shape) return tl::unexpected(shape.error());
-        const BRepMesh_IncrementalMesh meshed(*shape, deflection_mm, false, turn_rad);
+        const BRepMesh_IncrementalMesh meshed(*shape, deflection_mm, false, triangle_turn_rad);
         return core::write_file(file, stl_of(*shape));
     } catch (const Standard_Failure& failure) {
         return fail(ErrorCode::fit_not_evaluable, std::string("no body: ") + failure.GetMessageString());
