@@ -184,7 +184,7 @@ class CommandLine {
 }  // namespace
 
 int main(int argc, char** argv) {
-    cmm::core::keep_freed_memory();
+    (void)cmm::core::keep_freed_memory();
     try {
         Action action;
         CommandLine line(action);

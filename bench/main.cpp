@@ -52,7 +52,7 @@ void forget_peak_memory() {
 }  // namespace cmm::bench
 
 int main(int count, char** arguments) {
-    cmm::core::keep_freed_memory();  // as in the program itself
+    (void)cmm::core::keep_freed_memory();  // as in the program itself
     const auto executable = std::filesystem::read_symlink("/proc/self/exe");
     const std::string only = count > 1 ? arguments[1] : "";
     const auto wanted = [&](const char* name) { return only.empty() || only == name; };

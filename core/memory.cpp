@@ -9,12 +9,15 @@
 
 namespace cmm::core {
 
-void keep_freed_memory() noexcept {
+bool keep_freed_memory() noexcept {
 #ifdef __GLIBC__
     constexpr int megabyte = 1 << 20;
-    ::mallopt(M_TRIM_THRESHOLD, 64 * megabyte);
-    ::mallopt(M_MMAP_THRESHOLD, 32 * megabyte);  // the largest that glibc takes
-    ::mallopt(M_TOP_PAD, megabyte);
+    const bool kept = ::mallopt(M_TRIM_THRESHOLD, 64 * megabyte) != 0;
+    const bool in_heap = ::mallopt(M_MMAP_THRESHOLD, 32 * megabyte) != 0;  // the largest that glibc takes
+    const bool ahead = ::mallopt(M_TOP_PAD, megabyte) != 0;
+    return kept && in_heap && ahead;
+#else
+    return false;
 #endif
 }
 
