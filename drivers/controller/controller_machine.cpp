@@ -25,7 +25,7 @@ constexpr double shortest_pause_ms =
     0.2;  // while a path is being invented, its next points depend on the newest samples
 
 // Where the controller has points for eight more pauses like the last, it is asked less often: each exchange costs the
-// host a tenth of a millisecond, and a plant has many machines.
+// host a tenth of a millisecond, and a plant has many machines. A slow line has no pause to give away.
 constexpr std::uint32_t pauses_provided_for = 8;
 constexpr double longest_pause_polls = 4.0;
 
@@ -246,7 +246,8 @@ asio::awaitable<core::Result<StatusBlock>> ControllerMachine::follow_path(Status
         // Every sample is a point passed: known sooner than from the status.
         if (block->newest > newest_before) feed.passed(block->newest - newest_before);
         ask_status = !on_path(*block) || block->path_ended();
-        const bool provided = feed.lasts(pauses_provided_for, feed.behind_probe() - passed);
+        const bool near = session_.port().now_ms() - now_ms < session_.poll_ms();
+        const bool provided = near && feed.lasts(pauses_provided_for, feed.behind_probe() - passed);
         const bool at_once = block->more() || (feed.taken() != taken && !provided);
         if (provided) {
             pause_ms = std::min(2.0 * pause_ms, longest_pause_polls * session_.poll_ms());
