@@ -49,6 +49,9 @@ class LiveSection {
     void close_after(std::size_t expected) { expected_ = expected; }
     bool complete() const { return expected_ > 0 && points_.size() >= expected_; }
 
+    /// Points until it is complete; 0: it is, or nobody knows.
+    std::size_t missing() const { return expected_ > points_.size() ? expected_ - points_.size() : 0; }
+
     LiveSnapshot snapshot() const;
     const std::vector<RecordedPoint>& points() const { return points_; }
     const SectionSetup& setup() const { return *setup_; }

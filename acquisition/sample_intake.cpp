@@ -12,14 +12,18 @@ namespace {
 constexpr std::size_t show_every_points = 64;
 constexpr std::int64_t show_every_ns = 100'000'000;
 
+constexpr double nearing_ms = 100.0;
+
 }  // namespace
 
 void SampleIntake::begin(std::uint16_t path, std::unique_ptr<LiveSection> section, Completed completed,
-                         Follower follower) {
+                         Follower follower, Nearing nearing) {
     path_ = path;
     section_ = std::move(section);
     completed_ = std::move(completed);
     follower_ = std::move(follower);
+    nearing_ = std::move(nearing);
+    paced_from_ns_.reset();
     shown_points_ = section_->points().size();
     shown_at_ns_ = 0;
 }
@@ -27,6 +31,7 @@ void SampleIntake::begin(std::uint16_t path, std::unique_ptr<LiveSection> sectio
 std::unique_ptr<LiveSection> SampleIntake::end() {
     path_ = 0;
     follower_ = {};
+    nearing_ = {};
     return std::move(section_);
 }
 
@@ -53,9 +58,24 @@ core::Status SampleIntake::on_samples(std::span<const core::Sample> samples) {
                      batch_payload(section_->setup().index, batch.front().sequence, batch.size()));
         first = last;
         emit_progress(section_->complete());
+        look_ahead();
         if (section_->complete()) completed_(std::move(section_));
     }
     return {};
+}
+
+void SampleIntake::look_ahead() {
+    const std::size_t points = section_->points().size(), missing = section_->missing();
+    const std::int64_t now_ns = section_->last_sample_host_time()->count();
+    if (!paced_from_ns_) {
+        paced_from_ns_ = now_ns;
+        paced_from_ = points;
+    }
+    if (!nearing_ || missing == 0 || points == paced_from_) return;
+    const double point_ms =
+        static_cast<double>(now_ns - *paced_from_ns_) * 1e-6 / static_cast<double>(points - paced_from_);
+    const double left_ms = point_ms * static_cast<double>(missing);
+    if (left_ms <= nearing_ms) std::exchange(nearing_, {})(*section_, left_ms);
 }
 
 void SampleIntake::emit_progress(bool force) {

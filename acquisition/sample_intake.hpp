@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 
 #include "acquisition/events.hpp"
 #include "acquisition/journal.hpp"
@@ -19,11 +20,14 @@ class SampleIntake final : public drivers::SampleSink {
     using Follower = std::function<core::Status(const core::Sample&)>;
     /// The section has all its points; it is the receiver's now.
     using Completed = std::function<void(std::unique_ptr<LiveSection>)>;
+    /// The section will be complete in about `left_ms`, at the pace of its points so far; asked once a section.
+    using Nearing = std::function<void(const LiveSection&, double left_ms)>;
 
     SampleIntake(Journal& journal, EventHub& events) : journal_(journal), events_(events) {}
 
     /// From now on samples of `path` belong to `section`.
-    void begin(std::uint16_t path, std::unique_ptr<LiveSection> section, Completed completed, Follower follower = {});
+    void begin(std::uint16_t path, std::unique_ptr<LiveSection> section, Completed completed, Follower follower = {},
+               Nearing nearing = {});
     /// Takes back a section that did not complete (nullptr when it did).
     std::unique_ptr<LiveSection> end();
     LiveSection* section() { return section_.get(); }
@@ -35,6 +39,7 @@ class SampleIntake final : public drivers::SampleSink {
 
   private:
     void emit_progress(bool force);
+    void look_ahead();
 
     Journal& journal_;
     EventHub& events_;
@@ -42,6 +47,9 @@ class SampleIntake final : public drivers::SampleSink {
     std::unique_ptr<LiveSection> section_;
     Completed completed_;
     Follower follower_;
+    Nearing nearing_;
+    std::size_t paced_from_ = 0;  // points at the first batch
+    std::optional<std::int64_t> paced_from_ns_;
     std::uint64_t received_ = 0;
     std::size_t shown_points_ = 0;
     std::int64_t shown_at_ns_ = 0;

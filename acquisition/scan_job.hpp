@@ -117,6 +117,7 @@ class ScanJob {
     core::Status prepare();
     Step start_journal(const drivers::RunOrigin& origin);
     void section_completed(std::unique_ptr<LiveSection> section);
+    void rehearse(const LiveSection& section, std::span<const drivers::PathPoint> planned, double left_ms);
     void keep_events();
     void report_fault(const core::Error& error);
     void progress(std::string text);

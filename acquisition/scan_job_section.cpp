@@ -119,7 +119,10 @@ ScanJob::Step ScanJob::scan_planned(drivers::ScanPath path) {
     SampleIntake::Completed completed = [this](std::unique_ptr<LiveSection> section) {
         section_completed(std::move(section));
     };
-    intake_->begin(path.id, new_section(section_), std::move(completed));
+    SampleIntake::Nearing nearing = [this, planned = std::span(planned)](const LiveSection& section, double left_ms) {
+        rehearse(section, planned, left_ms);
+    };
+    intake_->begin(path.id, new_section(section_), std::move(completed), {}, std::move(nearing));
     drivers::PointList source(std::span<const drivers::PathPoint>(planned).subspan(first));
     if (touching_) co_return co_await touch_planned(path.id, source);
     auto scanned = co_await machine_.scan(path, source, *intake_);
@@ -130,6 +133,17 @@ ScanJob::Step ScanJob::scan_planned(drivers::ScanPath path) {
                " points; the gap is not evaluable");
     }
     co_return core::Status{};
+}
+
+/// With the points that are there, and for the others the places where they are planned.
+void ScanJob::rehearse(const LiveSection& section, std::span<const drivers::PathPoint> planned, double left_ms) {
+    auto points = section.points();
+    for (const auto& place : planned.subspan(std::min(points.size(), planned.size()))) {
+        auto& point = points.emplace_back();
+        point.sequence = points.size();
+        point.centre_mm = place.centre_mm;
+    }
+    finisher_->rehearse(section.setup(), std::move(points), left_ms);
 }
 
 void ScanJob::section_completed(std::unique_ptr<LiveSection> section) {

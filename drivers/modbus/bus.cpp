@@ -2,6 +2,7 @@
 #include "drivers/modbus/bus.hpp"
 
 #include <poll.h>
+#include <sys/prctl.h>
 
 #include <mutex>
 #include <thread>
@@ -41,6 +42,7 @@ class Bus::Impl {
     };
 
     void main() {
+        ::prctl(PR_SET_TIMERSLACK, 1UL);  // 50 us unless said: a sixth of the silence between two frames
         while (!conversation_.quits()) {
             pollfd wait{conversation_.wake().fd(), POLLIN, 0};
             ::poll(&wait, 1, -1);

@@ -21,14 +21,14 @@ struct SampleIntakeTest : ::testing::Test {
     int completions = 0;
     std::unique_ptr<LiveSection> completed;
 
-    void begin(std::size_t expected, SampleIntake::Follower follower = {}) {
+    void begin(std::size_t expected, SampleIntake::Follower follower = {}, SampleIntake::Nearing nearing = {}) {
         intake.begin(
             3, std::make_unique<LiveSection>(setup, test_lsb_mm, core::PartFromMachine(), expected),
             [this](std::unique_ptr<LiveSection> section) {
                 ++completions;
                 completed = std::move(section);
             },
-            std::move(follower));
+            std::move(follower), std::move(nearing));
     }
     void feed(std::size_t batch) {
         for (std::size_t i = 0; i < samples.size(); i += batch) {
@@ -94,6 +94,25 @@ TEST_F(SampleIntakeTest, ShowsASlowSectionByTime) {
     feed(1);
     // Every 100 ms: every second point; the last one in any case.
     EXPECT_EQ(log.of(EventKind::section_updated).size(), samples.size() / 2 + 1);
+}
+
+TEST_F(SampleIntakeTest, SaysOnceThatASectionNearsItsEnd) {
+    for (std::size_t i = 0; i < samples.size(); ++i)
+        samples[i].host_time_ns = static_cast<std::int64_t>(1'000'000'000 + 10'000'000 * i);
+    std::vector<std::pair<std::size_t, double>> seen;  // points that are missing, time left
+    begin(samples.size(), {},
+          [&](const LiveSection& section, double left_ms) { seen.emplace_back(section.missing(), left_ms); });
+    feed(1);
+    ASSERT_EQ(seen.size(), 1U);
+    EXPECT_EQ(seen[0].first, 10U);
+    EXPECT_NEAR(seen[0].second, 100.0, 1e-6);
+}
+
+TEST_F(SampleIntakeTest, OfASectionWithoutAKnownEndNothingIsSaid) {
+    int seen = 0;
+    begin(0, {}, [&](const LiveSection&, double) { ++seen; });
+    feed(1);
+    EXPECT_EQ(seen, 0);
 }
 
 TEST_F(SampleIntakeTest, TheFollowerSeesEverySampleOfTheSectionInOrder) {

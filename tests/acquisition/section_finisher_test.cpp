@@ -122,6 +122,18 @@ TEST_F(SectionFinisherTest, ASectionThatCannotBeFittedSaysWhy) {
     EXPECT_TRUE(holds(log.of(EventKind::section_final).at(0).payload, "\"why\":"));
 }
 
+TEST_F(SectionFinisherTest, ARehearsalLeavesNoTrace) {
+    SectionFinisher finisher(events, clock, workers);
+    finisher.rehearse(setups[1], section(1, 0.3)->points(), 100.0);
+    finisher.submit(section(0));
+    const auto results = finisher.take_all();
+    ASSERT_EQ(results.size(), 1U);
+    EXPECT_EQ(results[0].index, 0U);
+    EXPECT_EQ(results[0].decision(), Decision::accept);
+    EXPECT_EQ(log.of(EventKind::section_final).size(), 1U);
+    EXPECT_EQ(finisher.latency().count, 1U);
+}
+
 TEST_F(SectionFinisherTest, TheEndWaitsForWhatWasSubmitted) {
     {
         SectionFinisher finisher(events, clock, workers);

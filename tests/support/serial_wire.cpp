@@ -4,6 +4,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <pty.h>
+#include <sys/prctl.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -122,6 +123,7 @@ void SerialWire::deliver(End& to, Direction& direction) {
 }
 
 void SerialWire::carry() {
+    ::prctl(PR_SET_TIMERSLACK, 1UL);  // a line is not late: 50 us are half a byte
     while (!quit_) {
         std::array<pollfd, 2> wait{};
         auto next = Clock::now() + std::chrono::milliseconds(5);  // to see that it shall end, or was plugged in again
