@@ -73,6 +73,11 @@ std::string profile_method_of(const fitting::FilterSpec& filter) {
     return profile_method;
 }
 
+std::string worst_note(double deviation_mm, const Vector2d& at) {
+    return "worst d " + std::string(deviation_mm > 0 ? "+" : "") + core::length_text(deviation_mm) + " at x " +
+           core::fixed(at.x(), 3) + " mm, y " + core::fixed(at.y(), 3) + " mm";
+}
+
 /// `deviation` is filtered, a value for each contour point. A filter takes noise away; the uncertainty stays that of
 /// the contour.
 Characteristic profile(const ProfileZone& zone, const SectionResult& section, const fitting::FilteredZones& deviation,
@@ -98,9 +103,7 @@ Characteristic profile(const ProfileZone& zone, const SectionResult& section, co
     Characteristic c{
         zone.name,          method, 2.0 * std::abs(largest), 2.0 * u95_of_worst(contour[*worst], section), limit,
         Decision::reported, {}};
-    const auto& at = contour[*worst].position_mm;
-    c.note = "worst d " + std::string(largest > 0 ? "+" : "") + core::length_text(largest) + " at x " +
-             core::fixed(at.x(), 3) + " mm, y " + core::fixed(at.y(), 3) + " mm";
+    c.note = worst_note(largest, contour[*worst].position_mm);
     if (const auto note = systematic_note(contour[*worst].offset_error_mm); !note.empty()) c.note += "; " + note;
     if (const auto share = static_cast<double>(points - judged) / static_cast<double>(points); share > shown_share)
         c.note += "; " + core::fixed(100.0 * share, 1) + " % of it " + not_reached;
@@ -229,6 +232,21 @@ SectionResult evaluate_section(SectionResult section, core::Result<fitting::Sect
     }
     add_sizes(section);
     return section;
+}
+
+void reject_by(const Exceedance& exceedance, SectionResult& section) {
+    const auto zone = std::find_if(profile_zones.begin(), profile_zones.end(),
+                                   [&](const ProfileZone& z) { return z.zone == exceedance.zone; });
+    const auto at = std::find_if(section.characteristics.begin(), section.characteristics.end(),
+                                 [&](const Characteristic& c) { return c.name == zone->name; });
+    if (at == section.characteristics.end()) return;
+    at->value_mm = 2.0 * std::abs(exceedance.deviation_mm);
+    at->u95_mm = 2.0 * exceedance.guard_mm / guard_share;
+    at->limit_mm = exceedance.limit_mm;
+    at->decision = Decision::reject;
+    at->note = worst_note(exceedance.deviation_mm, exceedance.position_mm) + "; " +
+               std::to_string(ToleranceWatch::in_a_row) +
+               " points in a row are out; not the whole section was measured";
 }
 
 }  // namespace cmm::acquisition

@@ -5,6 +5,7 @@
 
 #include "acquisition/reference_contour.hpp"
 #include "acquisition/section_result.hpp"
+#include "acquisition/tolerance_watch.hpp"
 #include "core/error.hpp"
 #include "fitting/filter.hpp"
 #include "fitting/section.hpp"
@@ -29,5 +30,9 @@ double guard_band_mm(double u95_mm);
 /// the nominal's lean at each surface point. Pure; any thread.
 SectionResult evaluate_section(SectionResult section, core::Result<fitting::SectionFit> fit,
                                const ReferenceContour* nominal, const EvaluationOptions& options);
+
+/// Of a section that is not complete: what is out of tolerance all the same. Its uncertainty is such that the rule of
+/// `decide` says what the watch said.
+void reject_by(const Exceedance& exceedance, SectionResult& section);
 
 }  // namespace cmm::acquisition

@@ -84,6 +84,19 @@ std::string characteristic_payload(std::size_t section, const Characteristic& ch
         .text();
 }
 
+std::string exceedance_payload(std::size_t section, const Exceedance& exceedance) {
+    return JsonFields()
+        .add("section", section)
+        .add("decision", acquisition::to_string(Decision::reject))
+        .add("while_measuring", true)
+        .add("zone", fitting::to_string(exceedance.zone))
+        .add("sample", exceedance.sequence)
+        .add("deviation_mm", exceedance.deviation_mm, fine_digits)
+        .add("guard_mm", exceedance.guard_mm, fine_digits)
+        .add("limit_mm", exceedance.limit_mm, fine_digits)
+        .text();
+}
+
 std::string decision_payload(std::size_t section, Decision decision) {
     return JsonFields().add("section", section).add("decision", acquisition::to_string(decision)).text();
 }

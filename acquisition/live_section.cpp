@@ -8,7 +8,11 @@ namespace cmm::acquisition {
 
 LiveSection::LiveSection(const SectionSetup& setup, double lsb_mm, const core::PartFromMachine& part_from_machine,
                          std::size_t expected)
-    : setup_(&setup), lsb_mm_(lsb_mm), part_from_machine_(part_from_machine), expected_(expected) {
+    : setup_(&setup),
+      lsb_mm_(lsb_mm),
+      part_from_machine_(part_from_machine),
+      expected_(expected),
+      watch_(setup, expected) {
     points_.reserve(expected > 0 ? expected : 2048);
 }
 
@@ -18,6 +22,7 @@ void LiveSection::take(const RecordedPoint& point) {
     length_mm_ += step_to(points_.size() - 1);
     count(point);
     follow(point);
+    watch_.see(curve_.point(fitting::LiveSpline::lag));
 }
 
 void LiveSection::take_late(const RecordedPoint& point) {
@@ -45,8 +50,7 @@ void LiveSection::count(const RecordedPoint& point) {
 }
 
 fitting::LiveSpline::Taken LiveSection::follow(const RecordedPoint& point) {
-    return curve_.add(point.sequence, point.centre_mm.head<2>(),
-                      point.verdict.reason == fitting::RejectReason::no_contact);
+    return curve_.add(point.sequence, point.centre_mm.head<2>(), point.verdict.reason != fitting::RejectReason::none);
 }
 
 double LiveSection::step_to(std::size_t index) const {

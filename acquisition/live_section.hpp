@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "acquisition/section_setup.hpp"
+#include "acquisition/tolerance_watch.hpp"
 #include "core/clock.hpp"
 #include "core/frame.hpp"
 #include "core/sample.hpp"
@@ -53,6 +54,8 @@ class LiveSection {
     std::size_t missing() const { return expected_ > points_.size() ? expected_ - points_.size() : 0; }
 
     LiveSnapshot snapshot() const;
+    /// Out of tolerance for certain, whatever points come.
+    const std::optional<Exceedance>& exceedance() const { return watch_.exceedance(); }
     const std::vector<RecordedPoint>& points() const { return points_; }
     const SectionSetup& setup() const { return *setup_; }
     /// Nothing when all points were restored.
@@ -81,6 +84,7 @@ class LiveSection {
     std::array<double, 7> recent_{};
     std::size_t judged_ = 0;
     std::optional<double> worst_mm_;
+    ToleranceWatch watch_;
 };
 
 }  // namespace cmm::acquisition

@@ -160,6 +160,7 @@ ScanSpec read_scan(const ConfigTable& table, NominalKind nominal) {
     scan.approach_mm = table.number("approach_mm", scan.approach_mm, {0.05, 100.0});
     scan.search_mm = table.number("search_mm", scan.search_mm, {0.01, 100.0});
     scan.wait_s = table.number("wait_s", scan.wait_s, {0.0, 86400.0});
+    scan.stop_when_rejected = table.boolean("stop_when_rejected", scan.stop_when_rejected);
     scan.start_mm = point(table, "start_mm");
     scan.toward_mm = point(table, "toward_mm");
     const auto box = table.numbers("box_mm");

@@ -100,12 +100,31 @@ ReferenceContour::Match ReferenceContour::match(const ContourPoint& point, const
     const auto good = [&](const fitting::ClosestPoint& f) {
         return on_same_side(f, point) && station_at(f.s_mm).reached;
     };
-    if (good(foot)) return {foot.distance_mm, station_at(foot.s_mm).offset_error_mm};
+    if (good(foot)) return {foot.distance_mm, station_at(foot.s_mm).offset_error_mm, foot.s_mm};
     const Station* station = nearest_station(point);
-    if (station == nullptr) return {foot.distance_mm, 0.0};
+    if (station == nullptr) return {foot.distance_mm, 0.0, foot.s_mm};
     const Vector2d& p = point.position_mm;
-    const auto beside = curve_.closest(p, station_mm(static_cast<std::size_t>(station - stations_.data())));
-    return {good(beside) ? beside.distance_mm : (p - station->position).dot(station->normal), station->offset_error_mm};
+    const double s_mm = station_mm(static_cast<std::size_t>(station - stations_.data()));
+    const auto beside = curve_.closest(p, s_mm);
+    if (good(beside)) return {beside.distance_mm, station->offset_error_mm, beside.s_mm};
+    return {(p - station->position).dot(station->normal), station->offset_error_mm, s_mm};
+}
+
+/// None where the ball does not reach the nominal.
+std::optional<double> ReferenceContour::deviation(const ContourPoint& point, const Match& matched) const {
+    const fitting::Hollow* hollow = hollow_below(point);
+    if (hollow == nullptr) return matched.deviation_mm;
+    if (hollow->depth_mm >= texture_mm) return std::nullopt;
+    return hollow->radius_mm - (point.position_mm - hollow->centre).norm();
+}
+
+ReferenceContour::Comparison ReferenceContour::compare(const Vector2d& position_mm, const Vector2d& normal,
+                                                       std::optional<double> near_mm) const {
+    ContourPoint point;
+    point.position_mm = position_mm;
+    point.normal = normal;
+    const Match matched = match(point, curve_.closest(position_mm, near_mm));
+    return {deviation(point, matched), matched.offset_error_mm, matched.s_mm};
 }
 
 std::vector<std::optional<double>> ReferenceContour::compare(std::span<ContourPoint> contour) const {
@@ -120,13 +139,7 @@ std::vector<std::optional<double>> ReferenceContour::compare(std::span<ContourPo
         const Match matched = match(point, feet[i]);
         point.offset_error_mm = matched.offset_error_mm;
         point.u95_mm += point.offset_error_mm;
-        if (!point.reached) continue;
-        const fitting::Hollow* hollow = hollow_below(point);
-        if (hollow == nullptr) {
-            deviations[i] = matched.deviation_mm;
-        } else if (hollow->depth_mm < texture_mm) {
-            deviations[i] = hollow->radius_mm - (point.position_mm - hollow->centre).norm();
-        }
+        if (point.reached) deviations[i] = deviation(point, matched);
     }
     return deviations;
 }

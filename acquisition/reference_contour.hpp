@@ -32,6 +32,16 @@ class ReferenceContour {
     /// sign is known, but it is not corrected.
     std::vector<std::optional<double>> compare(std::span<fitting::ContourPoint> contour) const;
 
+    /// The same for one place of the part, as above.
+    struct Comparison {
+        std::optional<double> deviation_mm;
+        double offset_error_mm = 0.0;
+        double s_mm = 0.0;  ///< arc length of the foot on the nominal
+    };
+    /// `near_mm`: arc length of a foot nearby, where one is known. Constant time with it.
+    Comparison compare(const Eigen::Vector2d& position_mm, const Eigen::Vector2d& normal,
+                       std::optional<double> near_mm) const;
+
   private:
     struct Station {
         Eigen::Vector2d position, normal;
@@ -39,7 +49,7 @@ class ReferenceContour {
         bool reached;
     };
     struct Match {
-        double deviation_mm, offset_error_mm;
+        double deviation_mm, offset_error_mm, s_mm;
     };
 
     double station_mm(std::size_t i) const;
@@ -47,6 +57,7 @@ class ReferenceContour {
     const Station* nearest_station(const fitting::ContourPoint& point) const;
     bool on_same_side(const fitting::ClosestPoint& foot, const fitting::ContourPoint& point) const;
     Match match(const fitting::ContourPoint& point, const fitting::ClosestPoint& foot) const;
+    std::optional<double> deviation(const fitting::ContourPoint& point, const Match& matched) const;
     const fitting::Hollow* hollow_below(const fitting::ContourPoint& point) const;
 
     std::vector<Eigen::Vector2d> points_;

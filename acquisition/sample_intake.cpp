@@ -24,6 +24,7 @@ void SampleIntake::begin(std::uint16_t path, std::unique_ptr<LiveSection> sectio
     follower_ = std::move(follower);
     nearing_ = std::move(nearing);
     paced_from_ns_.reset();
+    told_out_ = false;
     shown_points_ = section_->points().size();
     shown_at_ns_ = 0;
 }
@@ -59,6 +60,7 @@ core::Status SampleIntake::on_samples(std::span<const core::Sample> samples) {
         first = last;
         emit_progress(section_->complete());
         look_ahead();
+        tell_if_out();
         if (section_->complete()) completed_(std::move(section_));
     }
     return {};
@@ -76,6 +78,13 @@ void SampleIntake::look_ahead() {
         static_cast<double>(now_ns - *paced_from_ns_) * 1e-6 / static_cast<double>(points - paced_from_);
     const double left_ms = point_ms * static_cast<double>(missing);
     if (left_ms <= nearing_ms) std::exchange(nearing_, {})(*section_, left_ms);
+}
+
+void SampleIntake::tell_if_out() {
+    if (told_out_ || !section_->exceedance()) return;
+    told_out_ = true;
+    events_.emit(EventKind::gate_decision, section_->last_machine_time_s(),
+                 exceedance_payload(section_->setup().index, *section_->exceedance()));
 }
 
 void SampleIntake::emit_progress(bool force) {

@@ -40,6 +40,7 @@ class SampleIntake final : public drivers::SampleSink {
   private:
     void emit_progress(bool force);
     void look_ahead();
+    void tell_if_out();
 
     Journal& journal_;
     EventHub& events_;
@@ -50,6 +51,7 @@ class SampleIntake final : public drivers::SampleSink {
     Nearing nearing_;
     std::size_t paced_from_ = 0;  // points at the first batch
     std::optional<std::int64_t> paced_from_ns_;
+    bool told_out_ = false;
     std::uint64_t received_ = 0;
     std::size_t shown_points_ = 0;
     std::int64_t shown_at_ns_ = 0;

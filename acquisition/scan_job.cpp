@@ -61,7 +61,7 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
     outcome.result.has_nominal = request_.nominal != nullptr;
     outcome.result.complete = !outcome.error && outcome.result.sections.size() == plan_.paths.size();
     const std::string verdict(to_string(outcome.result.verdict()));
-    if (journal_ && outcome.result.complete) {
+    if (journal_ && (outcome.result.complete || (!outcome.error && rejected()))) {
         auto finish = [this, verdict] { return journal_->finish_run(verdict); };
         if (auto status = co_await workers_.run(std::move(finish)); !status) outcome.error = status.error();
     }
@@ -282,6 +282,11 @@ double ScanJob::share_done() const {
     for (std::size_t i = 0; i < done_.size(); ++i)
         share += done_[i] ? 1.0 : 0.0;
     return done_.empty() ? 0.0 : share / static_cast<double>(done_.size());
+}
+
+/// The verdict is certain, and the run shall end with it.
+bool ScanJob::rejected() const {
+    return request_.part.scan.stop_when_rejected && (out_ || finisher_->rejected());
 }
 
 std::uint64_t ScanJob::samples() const {

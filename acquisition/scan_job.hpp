@@ -122,6 +122,8 @@ class ScanJob {
     void report_fault(const core::Error& error);
     void progress(std::string text);
     void notice(const std::string& text);
+    bool is_out();
+    bool rejected() const;
     drivers::ScanPath next_path() const;
     std::unique_ptr<LiveSection> new_section(std::size_t index) const;
     double share_done() const;
@@ -155,6 +157,7 @@ class ScanJob {
     std::unique_ptr<LiveSection> left_over_;    // of the section that was broken off last
     std::optional<core::Error> held_by_;
     DiskQuestion disk_room_;
+    bool out_ = false;       // a section proved out of tolerance, its path was cut short
     bool going_on_ = false;  // after a hold: the run file is open, the machine ours
     bool started_ = false, qualified_ = false;
     double waited_s_ = 0.0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The part of a scan job that goes to the next section and measures it.
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include "acquisition/json_text.hpp"
@@ -16,11 +17,38 @@ std::string section_text(std::size_t index, double z_mm) {
     return "section " + std::to_string(index) + " (z " + core::fixed(z_mm, 3) + " mm)";
 }
 
+/// A plan that ends early once `enough` says so. Therefore the machine gets its points not long before it needs them.
+class PathUntil final : public drivers::PathSource {
+  public:
+    PathUntil(std::span<const drivers::PathPoint> points, std::function<bool()> enough, SampleIntake& intake)
+        : list_(points), enough_(std::move(enough)), intake_(intake), given_(intake.section()->points().size()) {}
+    std::size_t next(std::span<drivers::PathPoint> room, bool& last) override {
+        LiveSection* section = intake_.section();
+        if (section == nullptr || enough_()) {
+            last = true;
+            if (section != nullptr) section->close_after(given_);
+            return 0;
+        }
+        const std::size_t ahead = given_ - std::min(given_, section->points().size());
+        if (ahead + room.size() > points_ahead) return 0;
+        const std::size_t given = list_.next(room, last);
+        given_ += given;
+        return given;
+    }
+
+  private:
+    static constexpr std::size_t points_ahead = 512;
+    drivers::PointList list_;
+    std::function<bool()> enough_;
+    SampleIntake& intake_;
+    std::size_t given_;
+};
+
 }  // namespace
 
 boost::asio::awaitable<core::Result<bool>> ScanJob::approach() {
     const auto open = std::find(done_.begin(), done_.end(), false);
-    if (open == done_.end()) co_return false;
+    if (open == done_.end() || rejected()) co_return false;
     section_ = static_cast<std::size_t>(open - done_.begin());
     if (!capabilities_.moves) co_return true;
     progress("to " + section_text(section_, setups_[section_].z_mm));
@@ -48,7 +76,7 @@ boost::asio::awaitable<core::Result<bool>> ScanJob::approach() {
         from = point;
     }
     came_from_ = from;
-    co_return true;
+    co_return !rejected();
 }
 
 /// Free and straight; should it end in a collision, the way back is known.
@@ -110,6 +138,7 @@ ScanJob::Step ScanJob::scan() {
     }
     if (left) section_completed(std::move(left));
     done_[section_] = true;
+    if (out_) co_return core::Status{};  // the path is not finished: --resume may measure the rest
     co_return journal_->finish_path(path.id);
 }
 
@@ -123,16 +152,29 @@ ScanJob::Step ScanJob::scan_planned(drivers::ScanPath path) {
         rehearse(section, planned, left_ms);
     };
     intake_->begin(path.id, new_section(section_), std::move(completed), {}, std::move(nearing));
-    drivers::PointList source(std::span<const drivers::PathPoint>(planned).subspan(first));
+    const auto left = std::span<const drivers::PathPoint>(planned).subspan(first);
+    drivers::PointList whole(left);
+    std::function<bool()> enough = [this] { return is_out(); };
+    PathUntil until_out(left, std::move(enough), *intake_);
+    drivers::PathSource& source =
+        request_.part.scan.stop_when_rejected ? static_cast<drivers::PathSource&>(until_out) : whole;
     if (touching_) co_return co_await touch_planned(path.id, source);
     auto scanned = co_await machine_.scan(path, source, *intake_);
     if (!scanned) co_return tl::unexpected(scanned.error());
-    if (scanned->points_passed < planned.size() - first) {
+    if (out_) {
+        notice(section_text(section_, setups_[section_].z_mm) + " is out of tolerance: the run ends");
+    } else if (scanned->points_passed < planned.size() - first) {
         notice(section_text(section_, setups_[section_].z_mm) + ": the machine gave " +
                std::to_string(scanned->points_passed) + " of " + std::to_string(planned.size() - first) +
                " points; the gap is not evaluable");
     }
     co_return core::Status{};
+}
+
+/// Whether the section under the probe is out of tolerance for certain.
+bool ScanJob::is_out() {
+    out_ = out_ || intake_->section()->exceedance();
+    return out_;
 }
 
 /// With the points that are there, and for the others the places where they are planned.

@@ -49,6 +49,11 @@ void SectionFinisher::rehearse(const SectionSetup& setup, std::vector<RecordedPo
     });
 }
 
+bool SectionFinisher::rejected() const {
+    const std::lock_guard lock(mutex_);
+    return rejected_;
+}
+
 bool SectionFinisher::idle() const {
     const std::lock_guard lock(mutex_);
     return !busy_;
@@ -89,6 +94,7 @@ void SectionFinisher::work() {
         announce(result, section->last_machine_time_s(), latency_ms);
         lock.lock();
         if (latency_ms) latencies_ms_.push_back(*latency_ms);
+        rejected_ = rejected_ || result.decision() == Decision::reject;
         results_.push_back(std::move(result));
     }
     busy_ = false;

@@ -38,6 +38,8 @@ class SectionFinisher {
     /// caches then, and the section itself takes a quarter less. Not where somebody might have to wait for it: a
     /// judgement under way, or one that took more than a tenth of the time left.
     void rehearse(const SectionSetup& setup, std::vector<RecordedPoint> points, double left_ms);
+    /// Whether one of the finished sections is rejected: then the part is, whatever comes.
+    bool rejected() const;
     /// Whether all submitted sections are finished.
     bool idle() const;
     /// Waits until all submitted sections are finished and hands them over, by index.
@@ -61,7 +63,8 @@ class SectionFinisher {
     std::vector<SectionResult> results_;
     std::vector<double> latencies_ms_;
     double judgement_ms_ = 0.0;  // what the last one took
-    bool busy_ = false;          // a worker has been asked to go through those waiting, and has not ended
+    bool rejected_ = false;
+    bool busy_ = false;  // a worker has been asked to go through those waiting, and has not ended
 };
 
 }  // namespace cmm::acquisition

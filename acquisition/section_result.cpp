@@ -63,7 +63,6 @@ std::string causes(std::vector<const Characteristic*> all) {
 
 /// Why a section is rejected, or else why it is open; empty when it is neither.
 std::string reason(const SectionResult& section) {
-    if (!section.closed()) return section.why.empty() ? "not closed" : section.why;
     std::vector<const Characteristic*> rejected;
     std::vector<const Characteristic*> open;
     for (const auto& c : section.characteristics) {
@@ -73,8 +72,9 @@ std::string reason(const SectionResult& section) {
             open.push_back(&c);
         }
     }
-    const auto& which = rejected.empty() ? open : rejected;
-    return which.empty() ? std::string() : causes(which);
+    const std::string out = rejected.empty() ? "" : causes(rejected);
+    if (section.closed()) return rejected.empty() && !open.empty() ? causes(open) : out;
+    return out + (out.empty() ? "" : "; ") + (section.why.empty() ? "not closed" : section.why);
 }
 
 }  // namespace

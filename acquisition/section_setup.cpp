@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "acquisition/evaluation.hpp"
+#include "acquisition/live_section.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -76,7 +77,12 @@ SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<Record
     section.name = setup.name;
     section.z_mm = setup.z_mm;
     section.points = std::move(points);
-    return evaluate_section(std::move(section), std::move(fit), nominal, evaluation);
+    section = evaluate_section(std::move(section), std::move(fit), nominal, evaluation);
+    if (section.closed() || nominal == nullptr) return section;
+    LiveSection live(setup, 1.0, core::PartFromMachine(), section.points.size());
+    live.restore(section.points);
+    if (live.exceedance()) reject_by(*live.exceedance(), section);
+    return section;
 }
 
 }  // namespace cmm::acquisition

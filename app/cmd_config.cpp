@@ -23,7 +23,7 @@ constexpr const char* part_keys = R"(part file (docs/part-file.md):
             stagger_tip_deg, le_radius_mm, te_radius_mm, lean_x_deg, lean_y_deg, z_root_mm, z_tip_mm
   [stylus]  radius_mm, shank_radius_mm, length_mm
   [scan]    heights_mm or from_mm, to_mm, count; pitch_mm, edge_density, max_speed_mm_s, clearance_mm, approach_mm,
-            search_mm, wait_s; without a nominal: start_mm, toward_mm, box_mm
+            search_mm, wait_s, stop_when_rejected; without a nominal: start_mm, toward_mm, box_mm
   [gate]    profile_mm, edge_profile_mm
   [actual]  (simulation) kind, files, span, noise_um, bad_points_percent, thicken_mm, twist_deg, shift_mm; [actual.blade]
 machine file (config/machines/*.toml):

@@ -19,6 +19,7 @@ int run_scan(const ScanOptions& options) {
     runner.wait_s = options.wait_s;
     runner.resume = options.resume;
     runner.touch = options.touch;
+    runner.stop_when_rejected = options.stop_when_rejected;
     runner.json = options.json;
     return run_main_job(runner);
 }

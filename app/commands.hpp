@@ -32,6 +32,7 @@ struct ScanOptions {
     std::string machine, part, out, events;
     double wait_s = -1.0;  ///< negative: as the part file says
     bool resume = false, touch = false, dry_run = false, json = false;
+    bool stop_when_rejected = false;  ///< also where the part file does not ask for it
 };
 int run_scan(const ScanOptions& options);
 

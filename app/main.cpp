@@ -95,6 +95,8 @@ class CommandLine {
         c->add_flag("--touch", scan_.touch, "measure by single touches, also where the machine could scan");
         c->add_flag("--dry-run", scan_.dry_run, "plan and check, move nothing");
         c->add_option("--events", scan_.events, "write the event stream as NDJSON to this file, - for standard output");
+        c->add_flag("--stop-when-rejected", scan_.stop_when_rejected,
+                    "end the run as soon as the verdict is certain to be reject");
         add_wait(*c, scan_.wait_s);
     }
 

@@ -62,6 +62,7 @@ core::Result<acquisition::ScanRequest> make_request(const RunnerOptions& options
     if (!nominal) return tl::unexpected(nominal.error());
     request.part = std::move(*part);
     if (options.wait_s >= 0.0) request.part.scan.wait_s = options.wait_s;
+    if (options.stop_when_rejected) request.part.scan.stop_when_rejected = true;
     request.nominal = std::move(*nominal);
     request.run_file = options.out + "/run.cmmrun";
     request.resume = options.resume;

@@ -13,8 +13,9 @@ namespace cmm::app {
 struct RunnerOptions {
     std::string machine, part, out, events;
     bool resume = false, json = false;
-    bool touch = false;    ///< measure by single touches
-    double wait_s = -1.0;  ///< at rest, for what may pass; negative: as the part file says
+    bool touch = false;               ///< measure by single touches
+    bool stop_when_rejected = false;  ///< also where the part file does not ask for it
+    double wait_s = -1.0;             ///< at rest, for what may pass; negative: as the part file says
     std::shared_ptr<const acquisition::PartFile> known_part;  ///< instead of the file `part`
     bool scratch = false;                                     ///< `out` does not outlive the command: it is not named
     std::string title;                                        ///< first line on the terminal

@@ -77,6 +77,51 @@ TEST_F(ScanJobTest, ABadPartIsRejected) {
     EXPECT_EQ(ran.outcome.result.verdict(), Decision::reject);
 }
 
+TEST_F(ScanJobTest, ABadPartEndsTheRunOnRequestAsSoonAsThatIsCertain) {
+    machine.contact = [](const drivers::PathPoint& point) {
+        return std::optional<Eigen::Vector3d>(point.centre_mm + 0.2 * point.normal);
+    };
+    text = session_part_text("0.05");  // many more points than are sent ahead
+    text.replace(text.find("[scan]\n"), 7, "[scan]\nstop_when_rejected = true\n");
+    const auto ran = run();
+    ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+    const auto& result = ran.outcome.result;
+    EXPECT_EQ(result.verdict(), Decision::reject);
+    EXPECT_FALSE(result.complete);
+    EXPECT_TRUE(holds(verdict_reasons(result).at(0), "profile_")) << verdict_reasons(result).at(0);
+    ASSERT_EQ(result.sections.size(), 1U);
+    EXPECT_FALSE(result.sections[0].closed());
+    EXPECT_LT(ran.outcome.samples, 600U);
+    EXPECT_EQ(machine.count("scan"), 1U);
+    EXPECT_EQ(machine.count("retract"), 1U);
+    EXPECT_EQ(machine.stops, 0U);
+    EXPECT_EQ(machine.calls.back(), "end_run");
+    const Event* decided = ran.find(EventKind::gate_decision);
+    ASSERT_NE(decided, nullptr);
+    EXPECT_TRUE(holds(decided->payload, "\"section\":0,\"decision\":\"reject\",\"while_measuring\":true"))
+        << decided->payload;
+    const auto journal = Journal::read(file);
+    ASSERT_TRUE(journal) << journal.error().text();
+    EXPECT_EQ((*journal)->verdict().value(), "reject");
+    const auto again = results_of_run(file, nullptr);
+    ASSERT_TRUE(again) << again.error().text();
+    EXPECT_EQ(again->verdict(), Decision::reject);
+    EXPECT_FALSE(again->complete);
+}
+
+TEST_F(ScanJobTest, AGoodPartIsMeasuredToItsEndAlsoThen) {
+    text = session_part_text("0.05");
+    const auto plain = run();
+    std::filesystem::remove(file);
+    forget();
+    text.replace(text.find("[scan]\n"), 7, "[scan]\nstop_when_rejected = true\n");
+    const auto ran = run();
+    ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+    EXPECT_EQ(ran.outcome.result.verdict(), Decision::accept);
+    EXPECT_TRUE(ran.outcome.result.complete);
+    EXPECT_EQ(ran.outcome.samples, plain.outcome.samples);
+}
+
 struct FailingCall {
     const char* call;
     std::size_t number;

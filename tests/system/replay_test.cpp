@@ -14,7 +14,7 @@
 namespace cmm::test {
 namespace {
 
-constexpr const char* demo_part = "config/parts/demo.toml";
+constexpr const char* replayed_part = "config/parts/demo.toml";
 constexpr const char* unknown_part = "tests/system/parts/unknown.toml";
 
 Finished replay(const std::string& run_file, const std::string& part, const std::string& out,
@@ -66,7 +66,7 @@ TEST(Replay, AnUnknownPartIsMeasuredAgainToTheLastBit) {
 TEST(Replay, ACommandPlaysARunByThePartFileKeptInIt) {
     const TemporaryFolder folder;
     const std::string part = folder / "blade.toml";
-    std::filesystem::copy_file(demo_part, part);
+    std::filesystem::copy_file(replayed_part, part);
     ASSERT_EQ(run({cmmlive(), "demo", "--part", part, "--speed", "0", "--out", folder / "first"}).exit_code, 0);
     std::filesystem::remove(part);  // what counts is what the run keeps
     const auto again = run({cmmlive(), "replay", folder / "first", "--speed", "0", "--out", folder / "again"});
@@ -102,9 +102,9 @@ TEST(Replay, ACommandThatCannotBeDoneSaysWhy) {
 
 TEST(Replay, ARunThatWasCutOffLeavesAGapThatIsNotEvaluable) {
     const TemporaryFolder folder;
-    SimulatedMachine machine(demo_part, folder, {"--speed", "30", "--seed", "3"});
-    broken_scan(machine, demo_part, folder, folder / "cut", 1500);
-    const auto gap = replay(folder / "cut/run.cmmrun", demo_part, folder / "gap");
+    SimulatedMachine machine(replayed_part, folder, {"--speed", "30", "--seed", "3"});
+    broken_scan(machine, replayed_part, folder, folder / "cut", 1500);
+    const auto gap = replay(folder / "cut/run.cmmrun", replayed_part, folder / "gap");
     EXPECT_EQ(gap.exit_code, 2) << gap.err << gap.out;
     EXPECT_NE(gap.err.find("the gap is not evaluable"), std::string::npos) << gap.err;
     const auto sections = read_csv(folder / "gap/sections.csv");
@@ -114,10 +114,10 @@ TEST(Replay, ARunThatWasCutOffLeavesAGapThatIsNotEvaluable) {
     EXPECT_EQ(sections.back().at("profile_le_decision"), "not_evaluable");
 
     // Finished by --resume it has two paths in one section and plays like any other.
-    const auto resumed = Process(scan_command(machine, demo_part, folder / "cut", true), folder / "resumed")
+    const auto resumed = Process(scan_command(machine, replayed_part, folder / "cut", true), folder / "resumed")
                              .wait(std::chrono::seconds(60));
     ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
-    const auto whole = replay(folder / "cut/run.cmmrun", demo_part, folder / "whole");
+    const auto whole = replay(folder / "cut/run.cmmrun", replayed_part, folder / "whole");
     EXPECT_EQ(whole.exit_code, 0) << whole.err;
     expect_same_files(folder / "cut", folder / "whole",
                       {"sections.csv", "section-0.csv", "section-7.csv", "points.csv"});
@@ -128,7 +128,7 @@ TEST(Replay, AReplayThatIsKilledGoesOn) {
     ASSERT_EQ(run({cmmlive(), "demo", "--speed", "0", "--out", folder / "first"}).exit_code, 0);
     {
         Process scan({cmmlive(), "scan", "--machine", "replay:" + (folder / "first/run.cmmrun") + "?speed=10", "--part",
-                      demo_part, "--out", folder / "again", "--events", folder / "events"},
+                      replayed_part, "--out", folder / "again", "--events", folder / "events"},
                      folder / "scan");
         ASSERT_TRUE(wait_for([&] {
             const auto events = core::read_file(folder / "events");
@@ -137,7 +137,7 @@ TEST(Replay, AReplayThatIsKilledGoesOn) {
         scan.signal(SIGKILL);
         EXPECT_EQ(scan.wait(std::chrono::seconds(5)).exit_code, 128 + SIGKILL);
     }
-    const auto resumed = replay(folder / "first/run.cmmrun", demo_part, folder / "again", {"--resume"});
+    const auto resumed = replay(folder / "first/run.cmmrun", replayed_part, folder / "again", {"--resume"});
     EXPECT_EQ(resumed.exit_code, 0) << resumed.err;
     expect_same_files(folder / "first", folder / "again",
                       {"sections.csv", "section-0.csv", "section-7.csv", "points.csv"});
@@ -145,11 +145,11 @@ TEST(Replay, AReplayThatIsKilledGoesOn) {
 
 TEST(Replay, WhatItCannotAnswerIsSaid) {
     const TemporaryFolder folder;
-    const auto absent = replay(folder / "none.cmmrun", demo_part, folder / "a");
+    const auto absent = replay(folder / "none.cmmrun", replayed_part, folder / "a");
     EXPECT_EQ(absent.exit_code, 6) << absent.err;
     EXPECT_NE(absent.err.find("none.cmmrun: is not there"), std::string::npos) << absent.err;
 
-    const auto text = replay(demo_part, demo_part, folder / "b");
+    const auto text = replay(replayed_part, replayed_part, folder / "b");
     EXPECT_EQ(text.exit_code, 6) << text.err;
     EXPECT_NE(text.err.find("is not a run file of cmmlive"), std::string::npos) << text.err;
 
@@ -160,9 +160,9 @@ TEST(Replay, WhatItCannotAnswerIsSaid) {
     EXPECT_NE(other.err.find("made by another plan"), std::string::npos) << other.err;
     const auto planned = run({cmmlive(), "plan", "--machine", "replay:" + file, "--part", unknown_part});
     EXPECT_EQ(planned.exit_code, 3) << planned.err;
-    EXPECT_EQ(run({cmmlive(), "plan", "--machine", "replay:" + file, "--part", demo_part}).exit_code, 0);
+    EXPECT_EQ(run({cmmlive(), "plan", "--machine", "replay:" + file, "--part", replayed_part}).exit_code, 0);
 
-    const auto speed = replay(file + "?speed=fast", demo_part, folder / "d");
+    const auto speed = replay(file + "?speed=fast", replayed_part, folder / "d");
     EXPECT_EQ(speed.exit_code, 3);
     EXPECT_NE(speed.err.find("speed must be a whole number"), std::string::npos) << speed.err;
     EXPECT_NE(run({cmmlive(), "doctor"}).out.find("replay"), std::string::npos);

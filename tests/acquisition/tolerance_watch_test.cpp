@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/tolerance_watch.hpp"
+
+#include "acquisition/evaluation.hpp"
+#include "acquisition/live_section.hpp"
+#include "core/rng.hpp"
+#include "tests/acquisition/session_fixture.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+constexpr double half_zone_mm = 0.05;  // of the session's part
+constexpr double noise_mm = 0.001;
+
+struct ToleranceWatchTest : ::testing::Test {
+    SessionPart job{session_part_text("0.4")};
+    SectionSetup setup = job.setup(0);
+    const PlannedPath& path = job.plan.paths[0];
+    core::Rng rng{20261122};
+
+    /// Thicker by `thicken_mm` from `first` on, for `count` points; the others lie where they should, all with noise.
+    std::vector<core::Sample> samples(double thicken_mm, std::size_t first, std::size_t count) {
+        std::vector<core::Sample> made;
+        for (std::size_t i = 0; i < path.points.size(); ++i) {
+            const auto& point = path.points[i];
+            const double off_mm = (i >= first && i < first + count ? thicken_mm : 0.0) + noise_mm * rng.normal();
+            made.push_back(sample_at(i + 1, 1, point.centre_mm + off_mm * point.normal));
+        }
+        return made;
+    }
+    std::vector<core::Sample> all(double thicken_mm) { return samples(thicken_mm, 0, path.points.size()); }
+    std::optional<Exceedance> seen(const std::vector<core::Sample>& measured) const {
+        LiveSection live(setup, test_lsb_mm, core::PartFromMachine(), measured.size());
+        live.add(measured);
+        return live.exceedance();
+    }
+    std::size_t first_on(fitting::Zone zone) const {
+        const auto& nominal = setup.nominal->section;
+        for (std::size_t i = 0; i < path.points.size(); ++i) {
+            const auto foot = nominal.curve().closest(path.points[i].centre_mm.head<2>());
+            if (nominal.zone_at(foot.s_mm) == zone) return i;
+        }
+        ADD_FAILURE() << "no point there";
+        return 0;
+    }
+};
+
+TEST_F(ToleranceWatchTest, APartAtItsLimitIsNotCalledOut) {
+    for (int section = 0; section < 100; ++section) {
+        EXPECT_FALSE(seen(all(half_zone_mm))) << section;
+        EXPECT_FALSE(seen(all(-half_zone_mm))) << section;
+    }
+}
+
+TEST_F(ToleranceWatchTest, APartThatIsOutIsKnownLongBeforeItsSectionIsComplete) {
+    for (const double thicken_mm : {0.06, -0.06}) {
+        const auto measured = all(thicken_mm);
+        LiveSection live(setup, test_lsb_mm, core::PartFromMachine(), measured.size());
+        live.add(std::span(measured).first(40));
+        ASSERT_TRUE(live.exceedance()) << thicken_mm;
+        EXPECT_NEAR(live.exceedance()->deviation_mm, thicken_mm, 4.0 * noise_mm);
+        EXPECT_EQ(live.exceedance()->limit_mm, 2.0 * half_zone_mm);
+        EXPECT_GT(live.exceedance()->guard_mm, 0.0);
+        EXPECT_LT(live.exceedance()->guard_mm, 0.008);
+    }
+}
+
+TEST_F(ToleranceWatchTest, ABumpIsFoundWhereItIs) {
+    const auto first = first_on(fitting::Zone::pressure) + 20;
+    const auto found = seen(samples(0.08, first, 24));
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->zone, fitting::Zone::pressure);
+    EXPECT_GT(found->sequence, first);
+    EXPECT_LE(found->sequence, first + 24);
+    EXPECT_LT((found->position_mm - path.points[found->sequence - 1].centre_mm.head<2>()).norm(), 1.2);
+}
+
+TEST_F(ToleranceWatchTest, RunsOfBadPointsProveNothing) {
+    for (std::size_t count = 1; count <= 5; ++count)
+        for (std::size_t first = 20; first + 40 < path.points.size(); first += 37)
+            EXPECT_FALSE(seen(samples(0.3, first, count))) << count << " from " << first;
+}
+
+TEST_F(ToleranceWatchTest, NothingIsSaidWithoutALimitOrOfAFilteredProfile) {
+    const auto measured = all(0.2);
+    ASSERT_TRUE(seen(measured));
+    const GateSpec limits = setup.gate;
+    setup.gate = {};
+    EXPECT_FALSE(seen(measured));
+    setup.gate = limits;
+    fitting::FilterSpec filter;
+    filter.kind = fitting::FilterKind::gaussian;
+    setup.fitting.filters.of.fill(filter);
+    EXPECT_FALSE(seen(measured));
+}
+
+TEST_F(ToleranceWatchTest, NearAnEdgeTheWiderLimitCounts) {
+    setup.gate.edge_profile_mm = 0.3;
+    const auto& nominal = setup.nominal->section;
+    const auto found = seen(all(0.1));
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->limit_mm, 0.1);  // on a side, far from both edges
+    setup.gate.profile_mm.reset();
+    setup.gate.edge_profile_mm = 0.1;
+    const auto on_edge = seen(all(0.1));
+    if (on_edge) {  // the inner half of an edge only: whether eleven points lie there, the pitch decides
+        const auto foot = nominal.curve().closest(on_edge->position_mm);
+        EXPECT_TRUE(nominal.zone_at(foot.s_mm) == fitting::Zone::le || nominal.zone_at(foot.s_mm) == fitting::Zone::te);
+    }
+}
+
+TEST_F(ToleranceWatchTest, ASectionThatWasBrokenOffIsRejectedAllTheSame) {
+    const auto measured = all(0.08);
+    LiveSection live(setup, test_lsb_mm, core::PartFromMachine(), measured.size());
+    live.add(std::span(measured).first(measured.size() / 2));
+    SectionJudge judge;
+    const auto result = judge.finish(setup, live.points());
+    EXPECT_FALSE(result.closed());
+    EXPECT_EQ(result.decision(), Decision::reject);
+    std::size_t rejected = 0;
+    for (const auto& c : result.characteristics) {
+        if (c.decision != Decision::reject) continue;
+        ++rejected;
+        EXPECT_NEAR(*c.value_mm, 0.16, 8.0 * noise_mm);
+        EXPECT_EQ(decide(*c.value_mm, *c.u95_mm, *c.limit_mm), Decision::reject);
+    }
+    EXPECT_EQ(rejected, 1U);
+    EXPECT_EQ(judge.finish(setup, LiveSection(setup, test_lsb_mm, core::PartFromMachine(), 0).points()).decision(),
+              Decision::undecided);
+}
+
+}  // namespace
+}  // namespace cmm::acquisition
