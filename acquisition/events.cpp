@@ -39,6 +39,8 @@ std::string_view to_string(EventKind kind) noexcept {
             return "LinkStats";
         case EventKind::run_stopped:
             return "RunStopped";
+        case EventKind::points_chosen:
+            return "PointsChosen";
     }
     return "Unknown";
 }

@@ -27,6 +27,7 @@ enum class EventKind : std::uint8_t {
     machine_fault,
     link_stats,
     run_stopped,
+    points_chosen,
 };
 /// "RunStarted", "PathStarted", ... as in the NDJSON stream.
 std::string_view to_string(EventKind kind) noexcept;

@@ -35,9 +35,9 @@ constexpr std::size_t batches_per_transaction = 16;  // of a backlog; one is the
 class ReadableJournal : public Journal {
   public:
     const Header& header() const override { return header_; }
-    Status each_batch(const BatchVisitor& visit) const override {
+    Status each_batch_from(std::uint64_t from, const BatchVisitor& visit) const override {
         const auto reader = reader_now();
-        return reader ? (*reader)->each_batch(visit) : Status(tl::unexpected(reader.error()));
+        return reader ? (*reader)->each_batch(from, visit) : Status(tl::unexpected(reader.error()));
     }
     Status each_event(std::uint64_t from_seq, const EventVisitor& visit) const override {
         const auto reader = reader_now();
@@ -353,7 +353,7 @@ void WritingJournal::report(Work work, Status status) {
 /// Reads the whole file once: every CRC, every sequence. Answers the last one.
 Result<std::uint64_t> check_samples(const RunFile& file) {
     std::uint64_t last = 0;
-    auto status = file.each_batch([&last](std::span<const Sample> batch) {
+    auto status = file.each_batch(1, [&last](std::span<const Sample> batch) {
         if (!batch.empty()) last = batch.back().sequence;
         return Status{};
     });

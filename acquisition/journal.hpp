@@ -71,9 +71,11 @@ class Journal {
     /// Waits for the disk.
     virtual core::Status finish_run(std::string_view verdict) = 0;
 
-    /// Reading flushes first: it sees all that was appended. Samples come batch by batch, in sequence.
+    /// Reading flushes first: it sees all that was appended. Samples come batch by batch, in sequence; `from` the batch
+    /// that holds this sequence on.
     using BatchVisitor = std::function<core::Status(std::span<const core::Sample>)>;
-    virtual core::Status each_batch(const BatchVisitor& visit) const = 0;
+    virtual core::Status each_batch_from(std::uint64_t from, const BatchVisitor& visit) const = 0;
+    core::Status each_batch(const BatchVisitor& visit) const { return each_batch_from(1, visit); }
     using EventVisitor = std::function<core::Status(std::uint64_t seq, std::string_view ndjson)>;
     virtual core::Status each_event(std::uint64_t from_seq, const EventVisitor& visit) const = 0;
     virtual core::Result<std::uint64_t> last_event_seq() const = 0;  ///< 0: none; a resumed run counts on from it

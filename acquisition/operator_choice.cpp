@@ -52,6 +52,21 @@ core::Result<OperatorChoice> OperatorChoice::parse(const std::vector<std::string
     return choice;
 }
 
+void OperatorChoice::reject(std::uint64_t sequence) {
+    restored_.erase(sequence);
+    rejected_.insert(sequence);
+}
+
+void OperatorChoice::restore(std::uint64_t sequence) {
+    rejected_.erase(sequence);
+    restored_.insert(sequence);
+}
+
+void OperatorChoice::withdraw(std::uint64_t sequence) {
+    rejected_.erase(sequence);
+    restored_.erase(sequence);
+}
+
 void OperatorChoice::apply(std::vector<RecordedPoint>& points) {
     for (RecordedPoint& point : points) {
         const bool reject = rejected_.count(point.sequence) != 0;

@@ -19,6 +19,13 @@ class OperatorChoice {
     /// points, a point both rejected and restored).
     static core::Result<OperatorChoice> parse(const std::vector<std::string>& rejected,
                                               const std::vector<std::string>& restored);
+    /// A later word about a point takes the place of an earlier one; `withdraw`: nothing is said about it.
+    void reject(std::uint64_t sequence);
+    void restore(std::uint64_t sequence);
+    void withdraw(std::uint64_t sequence);
+    const std::set<std::uint64_t>& rejected() const { return rejected_; }
+    const std::set<std::uint64_t>& restored() const { return restored_; }
+    bool empty() const { return rejected_.empty() && restored_.empty(); }
 
     /// Writes the decisions into the points' verdicts and takes note of what was found.
     void apply(std::vector<RecordedPoint>& points);

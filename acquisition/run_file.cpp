@@ -5,9 +5,12 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <filesystem>
+#include <optional>
 #include <system_error>
+#include <thread>
 #include <utility>
 
 namespace cmm::acquisition {
@@ -19,6 +22,7 @@ using core::Status;
 
 constexpr int application_id = 0x434D4D4C;  // "CMML"
 constexpr int busy_timeout_ms = 2000;
+constexpr const char* settled = "PRAGMA journal_mode=DELETE";
 
 /// One step of the schema; a file of version n gets every step above n. Steps are never changed, only added.
 struct Migration {
@@ -302,7 +306,15 @@ Status RunFile::set_verdict(std::string_view verdict) {
 }
 
 Status RunFile::settle() {
-    return connection_->run("PRAGMA journal_mode=DELETE", "close");
+    // SQLite does not wait here for those who are just reading, whatever the busy time-out.
+    constexpr auto pause = std::chrono::milliseconds(10);
+    const auto give_up = std::chrono::steady_clock::now() + std::chrono::milliseconds(busy_timeout_ms);
+    auto status = connection_->run(settled, "close");
+    while (!status && sqlite3_errcode(connection_->db) == SQLITE_BUSY && std::chrono::steady_clock::now() < give_up) {
+        std::this_thread::sleep_for(pause);
+        status = connection_->run(settled, "close");
+    }
+    return status;
 }
 
 Result<Journal::Header> RunFile::header() const {
@@ -328,10 +340,14 @@ Result<Journal::Header> RunFile::header() const {
     return h;
 }
 
-Status RunFile::each_batch(const Journal::BatchVisitor& visit) const {
-    Statement query(connection_->db, "SELECT first_seq, count, data FROM batch ORDER BY first_seq");
+Status RunFile::each_batch(std::uint64_t from, const Journal::BatchVisitor& visit) const {
+    Statement query(connection_->db,
+                    "SELECT first_seq, count, data FROM batch WHERE first_seq >= (SELECT coalesce(max(first_seq), 1) "
+                    "FROM batch WHERE first_seq <= ?) ORDER BY first_seq");
+    query.bind(1, static_cast<std::int64_t>(from));
     std::vector<core::Sample> samples;
-    std::uint64_t expected = 1;
+    std::optional<std::uint64_t> next;  // of the whole file, or of the batch that the reading begins with
+    if (from <= 1) next = 1;
     int rc = SQLITE_ROW;
     while ((rc = query.step()) == SQLITE_ROW) {
         const auto where = "samples from " + std::to_string(query.integer(0)) + ": ";
@@ -340,11 +356,13 @@ Status RunFile::each_batch(const Journal::BatchVisitor& visit) const {
         }
         if (static_cast<std::int64_t>(samples.size()) != query.integer(1))
             return connection_->corrupt(where + "wrong count");
+        std::uint64_t expected = next.value_or(static_cast<std::uint64_t>(query.integer(0)));
         for (const auto& sample : samples) {
             if (sample.sequence == expected++) continue;
             return connection_->corrupt(where + "sequence " + std::to_string(sample.sequence) + " where " +
                                         std::to_string(expected - 1) + " must be");
         }
+        next = expected;
         if (auto status = visit(samples); !status) return status;
     }
     return rc == SQLITE_DONE ? Status{} : connection_->failure("read samples");

@@ -41,7 +41,7 @@ class RunFile {
     core::Status settle();
 
     core::Result<Journal::Header> header() const;
-    core::Status each_batch(const Journal::BatchVisitor& visit) const;
+    core::Status each_batch(std::uint64_t from, const Journal::BatchVisitor& visit) const;
     core::Status each_event(std::uint64_t from_seq, const Journal::EventVisitor& visit) const;
     core::Result<std::vector<JournalPath>> paths() const;
     core::Result<std::string> verdict() const;

@@ -14,17 +14,6 @@
 
 namespace cmm::acquisition {
 
-/// The samples of one section as the run file holds them, in order, over all paths that measured it.
-struct RecordedSection {
-    std::size_t index = 0;
-    bool finished = false;  ///< its last path came to its end
-    std::uint16_t last_path = 0;
-    std::vector<RecordedPoint> points;  ///< part frame; touches are left out
-};
-
-/// Errors: journal_io, journal_corrupt (a sample of a path that was never begun).
-core::Result<std::vector<RecordedSection>> recorded_sections(const Journal& journal);
-
 /// The part file that a run was measured with, as it is kept in the run file. Errors: those of Journal::read and of the
 /// part file, with the run file's name.
 core::Result<PartFile> part_of_run(const std::string& run_file);

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "acquisition/json_text.hpp"
-#include "acquisition/run_results.hpp"
+#include "acquisition/recorded_sections.hpp"
 #include "acquisition/scan_job.hpp"
 #include "acquisition/section_start.hpp"
 #include "acquisition/section_touches.hpp"

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "acquisition/recorded_machine.hpp"
-#include "acquisition/run_results.hpp"
+#include "acquisition/recorded_sections.hpp"
 #include "acquisition/scan_job.hpp"
 #include "acquisition/section_touches.hpp"
 #include "acquisition/touch_way.hpp"

@@ -1,2 +1,2 @@
-set(ACQUISITION_SESSION_SOURCES disk_room.cpp event_payload.cpp first_touch.cpp hand_lap.cpp json_text.cpp live_section.cpp recorded_machine.cpp recording.cpp replay_machine.cpp replay_pace.cpp run_results.cpp sample_intake.cpp scan_job.cpp
+set(ACQUISITION_SESSION_SOURCES disk_room.cpp event_payload.cpp first_touch.cpp hand_lap.cpp json_text.cpp live_section.cpp recorded_machine.cpp recorded_sections.cpp recording.cpp replay_machine.cpp replay_pace.cpp run_results.cpp run_review.cpp sample_intake.cpp scan_job.cpp
     scan_job_hand.cpp scan_job_hold.cpp scan_job_resume.cpp scan_job_retract.cpp scan_job_section.cpp scan_job_touch.cpp scan_job_unknown.cpp section_finisher.cpp section_setup.cpp section_start.cpp session.cpp tolerance_watch.cpp touch_way.cpp workers.cpp)

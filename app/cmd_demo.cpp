@@ -33,6 +33,7 @@ int run_demo(const DemoOptions& options) {
     runner.out = options.out;
     runner.events = options.events;
     runner.wait_s = options.wait_s;
+    runner.page = options.page;
     runner.json = options.json;
     runner.title =
         "a simulated machine listens on " + (*machine)->url() + "; scanning " + simulator.part_file +

@@ -17,6 +17,7 @@ int run_scan(const ScanOptions& options) {
     runner.out = options.out;
     runner.events = options.events;
     runner.wait_s = options.wait_s;
+    runner.page = options.page;
     runner.resume = options.resume;
     runner.touch = options.touch;
     runner.stop_when_rejected = options.stop_when_rejected;

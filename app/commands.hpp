@@ -8,6 +8,15 @@
 /// One function a subcommand, each returns the exit code of the contract (docs/cli.md). main.cpp parses, these act.
 namespace cmm::app {
 
+/// Where a browser finds the page of a run, and who may do what there.
+struct PageSettings {
+    std::string listen;      ///< ADDRESS:PORT; empty: no page
+    std::string token_file;  ///< empty: a new token each time
+    std::string runs;        ///< folder whose runs are listed
+    std::vector<std::string> hosts;
+    bool stay = false;  ///< the page outlives the run, until Ctrl-C
+};
+
 struct DemoOptions {
     std::string out = "demo-out";
     std::string part;    ///< empty: config/parts/demo.toml
@@ -15,6 +24,7 @@ struct DemoOptions {
     std::uint64_t seed = 1;
     std::string events;    ///< file, "-" = standard output, empty = none
     double wait_s = -1.0;  ///< negative: as the part file says
+    PageSettings page;
     bool json = false;
 };
 int run_demo(const DemoOptions& options);
@@ -31,6 +41,7 @@ int run_sim(const SimOptions& options);
 struct ScanOptions {
     std::string machine, part, out, events;
     double wait_s = -1.0;  ///< negative: as the part file says
+    PageSettings page;
     bool resume = false, touch = false, dry_run = false, json = false;
     bool stop_when_rejected = false;  ///< also where the part file does not ask for it
 };
@@ -71,6 +82,12 @@ struct ExportOptions {
     bool json = false;
 };
 int run_export(const ExportOptions& options);
+
+struct ServeOptions {
+    PageSettings page;
+    bool json = false;
+};
+int run_serve(const ServeOptions& options);
 
 struct DevicesOptions {
     std::vector<std::string> devices;  ///< besides those that are found

@@ -29,6 +29,7 @@ class CommandLine {
         add_fit();
         add_gate();
         add_export();
+        add_serve();
         add_devices();
         add_doctor();
         add_config();
@@ -54,6 +55,36 @@ class CommandLine {
             ->check(CLI::NonNegativeNumber);
     }
 
+    static void add_page(CLI::App& command, cmm::app::PageSettings& page) {
+        command.add_option("--token-file", page.token_file,
+                           "the token that changes need (default: a new one each time)");
+        command.add_option("--allow-host", page.hosts,
+                           "a name by which browsers may ask, beside addresses and localhost");
+    }
+
+    /// For commands that run a job.
+    static void add_job_page(CLI::App& command, cmm::app::PageSettings& page) {
+        command
+            .add_option_function<std::string>(
+                "--serve",
+                [&page](const std::string& listen) { page.listen = listen.empty() ? default_listen : listen; },
+                std::string("serve the page of this run; ADDRESS:PORT (") + default_listen + " unless given)")
+            ->expected(0, 1)
+            ->type_name("[ADDRESS:PORT]");
+        command.add_option("--runs", page.runs, "the page lists the runs in this folder as well");
+        command.add_flag("--stay", page.stay, "with --serve: the page stays after the run, until Ctrl-C");
+        add_page(command, page);
+    }
+
+    void add_serve() {
+        auto* c = add("serve", "show runs in a browser", serve_, cmm::app::run_serve);
+        serve_.page.listen = default_listen;
+        serve_.page.runs = ".";
+        c->add_option("--runs", serve_.page.runs, "folder with the folders of the runs")->capture_default_str();
+        c->add_option("--listen", serve_.page.listen, "ADDRESS:PORT; port 0: a free one")->capture_default_str();
+        add_page(*c, serve_.page);
+    }
+
     void add_demo() {
         auto* c = add("demo", "scan a blade on an embedded simulated machine and judge it", demo_, cmm::app::run_demo);
         c->add_option("--out", demo_.out, "folder for the results")->capture_default_str();
@@ -64,6 +95,7 @@ class CommandLine {
         c->add_option("--seed", demo_.seed, "of noise and bad points")->capture_default_str();
         c->add_option("--events", demo_.events, "write the event stream as NDJSON to this file, - for standard output");
         add_wait(*c, demo_.wait_s);
+        add_job_page(*c, demo_.page);
     }
 
     void add_sim() {
@@ -98,6 +130,7 @@ class CommandLine {
         c->add_flag("--stop-when-rejected", scan_.stop_when_rejected,
                     "end the run as soon as the verdict is certain to be reject");
         add_wait(*c, scan_.wait_s);
+        add_job_page(*c, scan_.page);
     }
 
     void add_replay() {
@@ -168,6 +201,7 @@ class CommandLine {
         c->add_option("file", config_.file, "part or machine file");
     }
 
+    static constexpr const char* default_listen = "127.0.0.1:8686";
     CLI::App app_{"cmmlive: drives a coordinate measuring machine and judges the part while it is measured", "cmmlive"};
     Action& action_;
     cmm::app::DemoOptions demo_;
@@ -178,6 +212,7 @@ class CommandLine {
     cmm::app::FitOptions fit_;
     cmm::app::GateOptions gate_;
     cmm::app::ExportOptions export_;
+    cmm::app::ServeOptions serve_;
     cmm::app::DevicesOptions devices_;
     cmm::app::DoctorOptions doctor_;
     cmm::app::ConfigOptions config_;

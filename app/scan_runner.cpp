@@ -16,10 +16,12 @@
 #include <thread>
 
 #include "acquisition/exports.hpp"
+#include "acquisition/run_results.hpp"
 #include "acquisition/scan_job.hpp"
 #include "app/console.hpp"
 #include "app/hand_commands.hpp"
 #include "app/machines.hpp"
+#include "app/run_page.hpp"
 #include "app/stop_signals.hpp"
 #include "core/text.hpp"
 
@@ -95,6 +97,18 @@ core::Result<acquisition::ScanRequest> make_request(const RunnerOptions& options
     std::_Exit(code);
 }
 
+/// An operator has decided about points while the run went on: the outputs follow.
+void judge_as_chosen(acquisition::ScanOutcome& outcome, const std::string& run_file,
+                     acquisition::OperatorChoice choice) {
+    auto judged = acquisition::results_of_run(run_file, nullptr, std::move(choice));
+    if (!judged) {
+        if (!outcome.error) outcome.error = judged.error();
+        return;
+    }
+    judged->complete = judged->complete && outcome.result.complete;
+    outcome.result = std::move(*judged);
+}
+
 }  // namespace
 
 int print_result(const acquisition::PartResult& result, const std::string& out, bool json) {
@@ -131,38 +145,58 @@ int run_main_job(const RunnerOptions& options) {
     Progress progress(options.json && ::isatty(STDERR_FILENO) == 0);
     if (!options.title.empty()) progress.line(options.title);
     acquisition::Workers workers;
-    acquisition::ScanJob job(std::move(*request), **machine, clock, events, workers);
-    job.on_progress([&](double share, const std::string& text) { progress.show(share, text); });
-    std::optional<HandCommands> commands;
-    job.on_moved_by_hand([&] {
-        progress.line(
-            "a person moves this machine: Enter takes a point (if it can be asked), e and Enter ends the "
-            "section, Ctrl-C the run");
-        commands.emplace([&](drivers::HandSignal signal) { job.tell(signal); });
-    });
-    job.on_notice([&](const std::string& text) { progress.line(text); });
-
-    const StopSignals signals([&] { job.request_stop(); }, [&] { abort_run(**machine, options.json); });
+    RunPage page;
     std::optional<acquisition::ScanOutcome> outcome;
-    auto done = [&](const std::exception_ptr& thrown, acquisition::ScanOutcome result) {
-        if (thrown) std::rethrow_exception(thrown);
-        outcome = std::move(result);
-    };
-    asio::co_spawn(strand, job.run(), done);
-    context.run();
+    acquisition::OperatorChoice choice;
+    {
+        acquisition::ScanJob job(std::move(*request), **machine, clock, events, workers);
+        if (auto status = page.start(options.page, options.out, job, **machine, events); !status)
+            return fail(status.error());
+        if (!page.url().empty()) progress.line("page: " + page.url());
+        job.on_progress([&](double share, const std::string& text) {
+            progress.show(share, text);
+            page.show(share, text);
+        });
+        std::optional<HandCommands> commands;
+        job.on_moved_by_hand([&] {
+            progress.line(
+                "a person moves this machine: Enter takes a point (if it can be asked), e and Enter ends the "
+                "section, Ctrl-C the run");
+            commands.emplace([&](drivers::HandSignal signal) { job.tell(signal); });
+        });
+        job.on_notice([&](const std::string& text) { progress.line(text); });
+
+        const StopSignals signals([&] { job.request_stop(); }, [&] { abort_run(**machine, options.json); });
+        auto done = [&](const std::exception_ptr& thrown, acquisition::ScanOutcome result) {
+            if (thrown) std::rethrow_exception(thrown);
+            outcome = std::move(result);
+        };
+        asio::co_spawn(strand, job.run(), done);
+        context.run();
+        choice = page.end();
+    }
+    if (!choice.empty()) judge_as_chosen(*outcome, options.out + "/run.cmmrun", std::move(choice));
 
     if (outcome->samples > 0 || !outcome->result.sections.empty()) {
         if (auto status = acquisition::write_outputs(outcome->result, options.out); !status && !outcome->error) {
             outcome->error = status.error();
         }
     }
-    if (outcome->error) return fail(*outcome->error);
+    const auto stay = [&](int code) {
+        if (options.page.stay && !page.url().empty()) {
+            std::fflush(stdout);
+            progress.line("the page stays until Ctrl-C: " + page.url());
+            wait_for_end();
+        }
+        return code;
+    };
+    if (outcome->error) return stay(fail(*outcome->error));
     progress.show(1.0, "done");
     const auto& latency = outcome->section_final;
     progress.line(std::to_string(outcome->samples) + " points; section result after its last point: p50 " +
                   core::fixed(latency.p50_ms, 1) + " ms, p99 " + core::fixed(latency.p99_ms, 1) + " ms, max " +
                   core::fixed(latency.max_ms, 1) + " ms");
-    return print_result(outcome->result, options.scratch ? "" : options.out, options.json);
+    return stay(print_result(outcome->result, options.scratch ? "" : options.out, options.json));
 }
 
 }  // namespace cmm::app

@@ -6,6 +6,7 @@
 
 #include "acquisition/part_file.hpp"
 #include "acquisition/section_result.hpp"
+#include "app/commands.hpp"
 #include "core/error.hpp"
 
 namespace cmm::app {
@@ -18,7 +19,8 @@ struct RunnerOptions {
     double wait_s = -1.0;             ///< at rest, for what may pass; negative: as the part file says
     std::shared_ptr<const acquisition::PartFile> known_part;  ///< instead of the file `part`
     bool scratch = false;                                     ///< `out` does not outlive the command: it is not named
-    std::string title;                                        ///< first line on the terminal
+    PageSettings page;
+    std::string title;  ///< first line on the terminal
 };
 
 /// The main job on any machine: connect, scan, judge, write the outputs; prints the verdict table. Returns the exit

@@ -48,7 +48,7 @@ TEST(EventHub, LinesAreJson) {
 
 TEST(EventHub, EveryKindHasItsOwnName) {
     std::vector<std::string_view> names;
-    for (int kind = 0; kind <= static_cast<int>(EventKind::run_stopped); ++kind) {
+    for (int kind = 0; kind <= static_cast<int>(EventKind::points_chosen); ++kind) {
         const auto name = to_string(static_cast<EventKind>(kind));
         EXPECT_EQ(std::count(names.begin(), names.end(), name), 0) << name;
         EXPECT_NE(name, "Unknown");

@@ -85,6 +85,41 @@ class JournalTest : public ::testing::Test {
     std::string dir_, file_;
 };
 
+TEST_F(JournalTest, IsReadFromASequenceOn) {
+    auto journal = make();
+    ASSERT_TRUE(journal->append(samples(1, 9000)));
+    ASSERT_TRUE(journal->flush());
+    for (const std::uint64_t from : {1U, 2U, 4096U, 4097U, 9000U, 9001U}) {
+        std::uint64_t first = 0, last = 0;
+        ASSERT_TRUE(journal->each_batch_from(from, [&](std::span<const Sample> batch) {
+            if (first == 0) first = batch.front().sequence;
+            last = batch.back().sequence;
+            return core::Status{};
+        }));
+        EXPECT_LE(first, from) << "the batch that holds it";
+        EXPECT_LT(from, first + 4097) << "and none before";
+        EXPECT_EQ(last, 9000U);
+    }
+}
+
+TEST_F(JournalTest, IsSettledThoughSomebodyReads) {
+    {
+        auto journal = make();
+        ASSERT_TRUE(journal->append(samples(1, 100)));
+        ASSERT_TRUE(journal->finish_run("accept"));
+        sqlite3* reader = nullptr;
+        ASSERT_EQ(sqlite3_open(file_.c_str(), &reader), SQLITE_OK);
+        ASSERT_EQ(sqlite3_exec(reader, "SELECT count(*) FROM batch", nullptr, nullptr, nullptr), SQLITE_OK);
+        std::thread gone([reader] {
+            std::this_thread::sleep_for(std::chrono::milliseconds(100));
+            sqlite3_close(reader);
+        });
+        journal.reset();
+        gone.join();
+    }
+    EXPECT_FALSE(fs::exists(file_ + "-wal")) << "a finished run is one file";
+}
+
 TEST_F(JournalTest, KeepsEverythingAcrossReopening) {
     {
         auto journal = make();

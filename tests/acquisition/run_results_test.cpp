@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/run_results.hpp"
 
+#include "acquisition/recorded_sections.hpp"
+
 #include "tests/acquisition/session_fixture.hpp"
 #include "tests/acquisition/temp_folder.hpp"
 

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/run_review.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace cmm::acquisition {
+namespace {
+
+core::Result<PartFile> kept_part(const Journal::Header& header, const std::string& run_file) {
+    auto part = parse_part_file(header.part_text, header.part_path);
+    if (!part) return tl::unexpected(std::move(part.error()).with_context("the part file kept in " + run_file));
+    return part;
+}
+
+}  // namespace
+
+core::Result<PartFile> part_of_run(const std::string& run_file) {
+    const auto journal = Journal::read(run_file);
+    if (!journal) return tl::unexpected(journal.error());
+    return kept_part((*journal)->header(), run_file);
+}
+
+RunReview::RunReview(std::unique_ptr<Journal> journal, PartFile part, std::shared_ptr<const Nominal> nominal)
+    : journal_(std::move(journal)), part_(std::move(part)), nominal_(std::move(nominal)) {
+    // The ball that measured, whatever a second part file says.
+    part_.stylus.radius_mm = journal_->header().ball_radius_mm;
+}
+
+core::Result<std::unique_ptr<RunReview>> RunReview::open(const std::string& run_file, const PartFile* part) {
+    auto journal = Journal::read(run_file);
+    if (!journal) return tl::unexpected(journal.error());
+    auto used = part != nullptr ? core::Result<PartFile>(*part) : kept_part((*journal)->header(), run_file);
+    if (!used) return tl::unexpected(used.error());
+    auto nominal = load_nominal(used->nominal);
+    if (!nominal) return tl::unexpected(nominal.error());
+    std::unique_ptr<RunReview> review(new RunReview(std::move(*journal), std::move(*used), std::move(*nominal)));
+    if (auto status = review->refresh(); !status) return tl::unexpected(status.error());
+    return review;
+}
+
+void RunReview::choose(OperatorChoice choice) {
+    choice_ = std::move(choice);
+    judged_.clear();
+}
+
+/// The plan's where the part file has it, else the mean of the points.
+double RunReview::height_mm(std::size_t index) const {
+    if (index < part_.scan.heights_mm.size()) return part_.scan.heights_mm[index];
+    const auto& all = recorded_.all();
+    const auto found = std::find_if(all.begin(), all.end(), [&](const auto& known) { return known.index == index; });
+    if (found == all.end() || found->points.empty()) return 0.0;
+    double sum = 0.0;
+    for (const auto& point : found->points)
+        sum += point.centre_mm.z();
+    return sum / static_cast<double>(found->points.size());
+}
+
+core::Result<const SectionSetup*> RunReview::setup(std::size_t index) {
+    if (const auto known = setups_.find(index); known != setups_.end()) return &known->second;
+    auto made = make_section_setup(part_, nominal_.get(), index, height_mm(index));
+    if (!made) return tl::unexpected(made.error());
+    return &setups_.emplace(index, std::move(*made)).first->second;
+}
+
+core::Result<const SectionResult*> RunReview::result_at(std::size_t place) {
+    const auto& sections = recorded_.all();
+    for (std::size_t i = 0; i <= place; ++i) {
+        const bool known = i < judged_.size() && judged_[i].result.index == sections[i].index &&
+                           judged_[i].points == sections[i].points.size();
+        if (known) continue;
+        judged_.resize(i);  // without a nominal the edges of later sections follow those of earlier ones
+        const auto of_section = setup(sections[i].index);
+        if (!of_section) return tl::unexpected(of_section.error());
+        auto points = sections[i].points;
+        choice_.apply(points);
+        Judged judged;
+        if (i > 0) judged.judge = judged_[i - 1].judge;
+        judged.points = points.size();
+        judged.result = judged.judge.finish(**of_section, std::move(points));
+        judged_.push_back(std::move(judged));
+    }
+    return &judged_[place].result;
+}
+
+core::Result<PartResult> RunReview::result() {
+    const auto& header = journal_->header();
+    PartResult result;
+    result.part_name = part_.name;
+    result.part_serial = part_.serial;
+    result.started_utc = header.started_utc;
+    result.machine = header.machine_model + " " + header.machine_serial + " (" + header.machine_url + ")";
+    result.run_id = header.run_id;
+    result.software_version = header.software_version;
+    result.ball_radius_mm = header.ball_radius_mm;
+    result.has_nominal = has_nominal();
+    const auto& sections = recorded_.all();
+    result.complete = sections.size() == part_.scan.heights_mm.size();
+    for (std::size_t i = 0; i < sections.size(); ++i) {
+        const auto judged = result_at(i);
+        if (!judged) return tl::unexpected(judged.error());
+        result.complete = result.complete && sections[i].finished;
+        result.sections.push_back(**judged);
+    }
+    if (auto status = choice_.all_found(); !status) return tl::unexpected(status.error());
+    return result;
+}
+
+core::Result<PartResult> results_of_run(const std::string& run_file, const PartFile* part, OperatorChoice choice) {
+    auto review = RunReview::open(run_file, part);
+    if (!review) return tl::unexpected(review.error());
+    (*review)->choose(std::move(choice));
+    return (*review)->result();
+}
+
+}  // namespace cmm::acquisition

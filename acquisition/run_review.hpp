@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "acquisition/journal.hpp"
+#include "acquisition/nominal.hpp"
+#include "acquisition/operator_choice.hpp"
+#include "acquisition/part_file.hpp"
+#include "acquisition/recorded_sections.hpp"
+#include "acquisition/section_result.hpp"
+#include "acquisition/section_setup.hpp"
+#include "core/error.hpp"
+
+namespace cmm::acquisition {
+
+/// A run as its run file tells it, finished or while another thread or process writes it: what was planned, every point
+/// so far, each section judged by the same functions as during the scan. A judgement is kept until its points or the
+/// operator's choice change. One thread at a time; part frame, mm.
+class RunReview {
+  public:
+    /// Judged by the part file that it was measured with (`part` empty) or by another one. Errors: those of
+    /// Journal::read, of the part file and its nominal, and of `refresh`.
+    static core::Result<std::unique_ptr<RunReview>> open(const std::string& run_file, const PartFile* part = nullptr);
+
+    const Journal& journal() const { return *journal_; }
+    const PartFile& part() const { return part_; }
+    bool has_nominal() const { return nominal_ != nullptr; }
+    const OperatorChoice& choice() const { return choice_; }
+    void choose(OperatorChoice choice);
+
+    /// Reads what was added since. Errors: those of RecordedSections::refresh.
+    core::Status refresh() { return recorded_.refresh(*journal_); }
+    const RecordedSections& recorded() const { return recorded_; }
+    /// Of the section with this index, which need not be recorded. Errors: those of make_section_setup.
+    core::Result<const SectionSetup*> setup(std::size_t index);
+    /// The section at this place of recorded().all(), judged. Errors: those of make_section_setup.
+    core::Result<const SectionResult*> result_at(std::size_t place);
+    /// All recorded sections. Errors also: usage (a decision about a point that never came).
+    core::Result<PartResult> result();
+
+  private:
+    struct Judged {
+        std::size_t points = 0;
+        SectionResult result;
+        SectionJudge judge;  // as it was left
+    };
+    RunReview(std::unique_ptr<Journal> journal, PartFile part, std::shared_ptr<const Nominal> nominal);
+    double height_mm(std::size_t index) const;
+
+    std::unique_ptr<Journal> journal_;
+    PartFile part_;
+    std::shared_ptr<const Nominal> nominal_;
+    OperatorChoice choice_;
+    RecordedSections recorded_;
+    std::map<std::size_t, SectionSetup> setups_;
+    std::vector<Judged> judged_;  // the first sections, in order
+};
+
+}  // namespace cmm::acquisition
