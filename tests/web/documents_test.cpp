@@ -71,7 +71,8 @@ TEST_F(Documents, AChoiceIsReadBackFromTheResult) {
     const auto result = json::parse(result_document("first", *review).value());
     EXPECT_EQ(result.at("choice").at("rejected"), json::parse("[7]"));
     ASSERT_TRUE(acquisition::write_outputs(review->result().value(), run.folder));
-    EXPECT_EQ(recorded_choice(run.folder).rejected(), (std::set<std::uint64_t>{7}));
+    EXPECT_EQ(recorded_choice(run.folder, "run-1").rejected(), (std::set<std::uint64_t>{7}));
+    EXPECT_TRUE(recorded_choice(run.folder, "run-2").empty()) << "an earlier run in the same folder";
     const auto summary = json::parse(summary_document("first", run.folder));
     EXPECT_EQ(summary.at("part"), "blade");
     EXPECT_GT(summary.at("worst").at("chord").at("value_mm"), 1.0);
@@ -91,16 +92,22 @@ TEST(Choice, OtherFormsAreRefusedAndChangeNothing) {
     EXPECT_TRUE(choice.restored().empty());
 }
 
-TEST(Summary, ResultsOfOthersAreNamedAsSuch) {
-    const acquisition::TempFolder folder;
-    for (const char* foreign : {"{\"part\":7}", "{\"sections\":[1,2]}", "{\"sections\":{\"a\":[]},\"run\":[]}",
-                                "{\"sections\":[{\"characteristics\":[{\"name\":\"a\",\"value_mm\":\"x\"}]}]}"}) {
-        folder.write("result.json", foreign);
-        EXPECT_NO_THROW(static_cast<void>(summary_document("x", folder.path("")))) << foreign;
-        EXPECT_NO_THROW(static_cast<void>(recorded_choice(folder.path("")))) << foreign;
+TEST_F(Documents, ResultsOfOthersAreNotTakenForThisRuns) {
+    for (const char* foreign :
+         {R"({"part":7})", R"({"run":{"id":"run-2"},"verdict":"accept"})", "nonsense", R"({"run":[]})"}) {
+        std::ofstream(run.folder + "/result.json") << foreign;
+        const auto summary = json::parse(summary_document("first", run.folder));
+        EXPECT_FALSE(summary.contains("verdict")) << foreign;
+        EXPECT_EQ(summary.at("complete"), false);
     }
-    folder.write("result.json", "nonsense");
-    EXPECT_TRUE(json::parse(summary_document("x", folder.path(""))).contains("problem"));
+    for (const char* broken :
+         {R"({"run":{"id":"run-1"},"sections":[1,2]})", R"({"run":{"id":"run-1"},"part":7})",
+          R"({"run":{"id":"run-1"},"sections":[{"characteristics":[{"name":"a","value_mm":"x"}]}]})"}) {
+        std::ofstream(run.folder + "/result.json") << broken;
+        EXPECT_NO_THROW(static_cast<void>(summary_document("first", run.folder))) << broken;
+        EXPECT_NO_THROW(static_cast<void>(recorded_choice(run.folder, "run-1"))) << broken;
+    }
+    EXPECT_TRUE(json::parse(summary_document("x", run.runs.path("none"))).contains("problem"));
 }
 
 }  // namespace

@@ -103,7 +103,7 @@ core::Result<acquisition::RunReview*> Api::review(const RunFolder& run) {
     } else {
         auto opened = acquisition::RunReview::open(run.run_file());
         if (!opened) return tl::unexpected(opened.error());
-        if (!is_live(run)) (*opened)->choose(recorded_choice(run.path));
+        (*opened)->choose(recorded_choice(run.path, (*opened)->journal().header().run_id));
         if (open_.size() >= most_open_runs) {
             open_.erase(std::min_element(open_.begin(), open_.end(),
                                          [](const auto& a, const auto& b) { return a.second.used < b.second.used; }));
@@ -120,9 +120,11 @@ std::string Api::runs() {
     for (const auto& run : folders_.list()) {
         const std::int64_t written = written_at(run.path + "/result.json");
         const auto known = summaries_.find(run.id);
-        const bool fresh = known != summaries_.end() && written != 0 && known->second.written == written;
+        const std::uint64_t file = identity_of(run.run_file());
+        const bool fresh =
+            known != summaries_.end() && written != 0 && known->second.written == written && known->second.file == file;
         auto& summary = current[run.id];
-        summary = fresh ? known->second : Summary{written, summary_document(run.id, run.path)};
+        summary = fresh ? known->second : Summary{written, file, summary_document(run.id, run.path)};
         rows += (rows.empty() ? "" : ",") + summary.text;
     }
     summaries_ = std::move(current);

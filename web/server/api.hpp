@@ -68,7 +68,8 @@ class Api {
         std::uint64_t used = 0;
     };
     struct Summary {
-        std::int64_t written = 0;
+        std::int64_t written = 0;  ///< result.json, when
+        std::uint64_t file = 0;    ///< identity of the run file
         std::string text;
     };
     RunFolders folders_;

@@ -10,6 +10,7 @@
 
 #include "acquisition/exports.hpp"
 #include "acquisition/json_text.hpp"
+#include "acquisition/run_file.hpp"
 #include "core/text.hpp"
 #include "web/server/choice_request.hpp"
 
@@ -157,11 +158,20 @@ json summary_of_result(const json& result) {
             {"worst", worst_of(sections)}};
 }
 
-json summary_of_run_file(const std::string& file) {
-    const auto journal = acquisition::Journal::read(file);
-    if (!journal) return {{"problem", journal.error().text()}};
-    const auto& header = (*journal)->header();
+json summary_of_run_file(const acquisition::Journal::Header& header) {
     return {{"started_utc", header.started_utc}, {"machine", header.machine_model}, {"complete", false}};
+}
+
+core::Result<acquisition::Journal::Header> header_of(const std::string& run_file) {
+    const auto opened = acquisition::RunFile::open(run_file, acquisition::RunFile::Access::read);
+    if (!opened) return tl::unexpected(opened.error());
+    return (*opened)->header();
+}
+
+/// result.json may be that of an earlier run in the same folder.
+bool is_of(const json& result, const std::string& run_id) {
+    if (!result.is_object() || !result.contains("run") || !result["run"].is_object()) return false;
+    return result["run"].value("id", json()) == run_id;
 }
 
 }  // namespace
@@ -269,10 +279,15 @@ core::Result<std::string> result_document(const std::string& id, RunReview& revi
 }
 
 std::string summary_document(const std::string& id, const std::string& folder) {
-    const json result = read_json(folder + "/result.json");
     json summary;
+    const auto header = header_of(folder + "/run.cmmrun");
     try {
-        summary = result.is_object() ? summary_of_result(result) : summary_of_run_file(folder + "/run.cmmrun");
+        const json result = read_json(folder + "/result.json");
+        if (!header) {
+            summary = {{"problem", header.error().text()}};
+        } else {
+            summary = is_of(result, header->run_id) ? summary_of_result(result) : summary_of_run_file(*header);
+        }
     } catch (const json::exception&) {
         summary = {{"problem", "result.json is none of cmmlive"}};
     }
@@ -280,10 +295,10 @@ std::string summary_document(const std::string& id, const std::string& folder) {
     return summary.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-acquisition::OperatorChoice recorded_choice(const std::string& folder) {
+acquisition::OperatorChoice recorded_choice(const std::string& folder, const std::string& run_id) {
     acquisition::OperatorChoice choice;
     const json result = read_json(folder + "/result.json");
-    if (!result.is_object() || !result.contains("sections")) return choice;
+    if (!is_of(result, run_id) || !result.contains("sections")) return choice;
     for (const auto& section : result["sections"]) {
         if (!section.is_object()) continue;
         for (const auto& point : section.value("rejected_points", json::array())) {

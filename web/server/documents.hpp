@@ -20,9 +20,9 @@ core::Result<std::string> points_document(acquisition::RunReview& review, std::u
 core::Result<std::string> section_document(acquisition::RunReview& review, std::size_t index);
 /// The whole result with the operator's choice.
 core::Result<std::string> result_document(const std::string& id, acquisition::RunReview& review);
-/// One line of the list of runs, from result.json where there is one, otherwise from the run file.
+/// One line of the list of runs, from result.json where there is one of this run, otherwise from the run file.
 std::string summary_document(const std::string& id, const std::string& folder);
-/// What an operator decided when result.json was written; empty where there is none.
-acquisition::OperatorChoice recorded_choice(const std::string& folder);
+/// What an operator had decided when result.json was written; empty where there is none of this run.
+acquisition::OperatorChoice recorded_choice(const std::string& folder, const std::string& run_id);
 
 }  // namespace cmm::web

@@ -92,7 +92,7 @@ function drawHeader() {
 function drawSection() {
   const at = shownSection(), plan = run?.plan?.sections.find((one) => one.index === at), final = finalShown(), live = liveShown();
   section.show({ plan, live, final, halfLimit: halfLimit(), ball: run?.plan?.ball_radius_mm ?? 1, selected: selected?.seq ?? null });
-  drawStrip(byId<HTMLCanvasElement>('strip'), run?.plan ?? null, final, live);
+  drawStrip(byId<HTMLCanvasElement>('strip'), run?.plan ?? null, final, live, run?.expected.get(at) ?? 0);
   const count = final ? final.points.length : live.length, expected = run?.expected.get(at);
   const bits = [final ? '' : count ? say('provisional') : say('planned'), `${count}${!final && expected ? ' / ' + expected : ''} ${say('points')}`];
   if (run?.plan?.has_nominal) bits.push(say('magnified', { n: section.magnification }));

@@ -54,10 +54,10 @@ export class SectionView {
     return this.shown.live.map(([seq, , x, y, touched]) => ({ seq, x, y, reason: touched ? 'none' : 'no_contact', residual: null }));
   }
 
-  /** What is drawn as long as a whisker gets: the limit, or what most of a bad section is out by. */
+  /** What is drawn as long as a whisker gets: what the section is out by, but not less than a sixth of the limit. */
   private largest(): number {
     const all = (this.shown.final?.contour.map((row) => row[5]) ?? this.shown.live.map((point) => point[5])).map((d) => Math.abs(d ?? 0)).sort((a, b) => a - b);
-    return Math.max(this.shown.halfLimit, all[Math.floor(all.length * 0.97)] ?? 0);
+    return Math.max(this.shown.halfLimit / 6, all[Math.floor(all.length * 0.97)] ?? 0);
   }
   private fitted() {
     const xs: number[] = [], ys: number[] = [];

@@ -25,11 +25,12 @@ function stations(final: Section | undefined, live: LivePoint[]): Station[] {
   });
 }
 
-export function drawStrip(canvas: HTMLCanvasElement, plan: Plan | null, final: Section | undefined, live: LivePoint[]) {
+export function drawStrip(canvas: HTMLCanvasElement, plan: Plan | null, final: Section | undefined, live: LivePoint[], expected: number) {
   const frame = begin(canvas);
   if (!frame) return;
   const { g, width, height } = frame, p = palette(), all = stations(final, live);
-  const left = 72, right = 8, top = 18, bottom = 18, end = all.length ? all[all.length - 1].s || 1 : 1;
+  const left = 72, right = 8, top = 18, bottom = 18, so_far = all.length ? all[all.length - 1].s || 1 : 1;
+  const end = final ? so_far : so_far * Math.max(1, expected / Math.max(1, all.length));
   const half = (zone: number) => ((zone === 0 || zone === 2 ? plan?.edge_profile_mm : plan?.profile_mm) ?? NaN) / 2;
   const limit = Math.max(...[half(0), half(1)].filter(Number.isFinite), 0.005);
   const sorted = all.map((one) => Math.abs(one.deviation ?? 0)).sort((a, b) => a - b);

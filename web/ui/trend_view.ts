@@ -12,14 +12,15 @@ export function drawTrend(canvas: HTMLCanvasElement, runs: RunSummary[], name: s
   const ends = values.flatMap((v) => [v.value_mm - (v.u95_mm ?? 0), v.value_mm + (v.u95_mm ?? 0), ...(v.limit_mm ? [v.limit_mm] : [])]);
   let low = Math.min(...ends), high = Math.max(...ends);
   const margin = (high - low || high * 0.1 || 1) * 0.15;
-  low -= margin; high += margin;
+  low = low >= 0 ? Math.max(0, low - margin) : low - margin;
+  high += margin;
   const left = 78, right = 14;
   const X = (i: number) => (shown.length > 1 ? left + ((width - left - right) * (i + 0.5)) / shown.length : (width + left) / 2);
   const Y = (v: number) => 10 + ((height - 24) * (high - v)) / (high - low);
   g.fillStyle = p.soft;
   g.textAlign = 'right';
   g.textBaseline = 'middle';
-  for (const v of [low + margin, high - margin]) g.fillText(length(v), left - 8, Y(v));
+  for (const v of [low, high - margin]) g.fillText(length(v), left - 8, Y(v));
   const limit = values[values.length - 1].limit_mm;
   if (limit) {
     g.strokeStyle = p.bad;
