@@ -102,6 +102,7 @@ function drawSection() {
   const title = byId('section-title');
   title.replaceChildren(plan ? say('section_of', { i: at, z: plan.z_mm.toFixed(1) }) : say('section'));
   if (final) title.append(' ', badge(final.decision));
+  else if (run?.doomed.has(at)) title.append(' ', badge('reject'));
   const whiskers = [...live, ...(final?.contour ?? [])].length;
   byId('section').setAttribute('aria-label', `${title.textContent}: ${byId('section-caption').textContent}`);
   byId('section').dataset.whiskers = String(whiskers);

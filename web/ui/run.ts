@@ -15,6 +15,7 @@ export class Run {
   final = new Map<number, Section>();
   expected = new Map<number, number>(); // points of a section, where they are known
   current = -1;                         // section under the probe
+  doomed = new Set<number>();           // sections that will be rejected whatever points come
   motion: Motion = 'beginning';
   message = '';
   gap: [number, number] | null = null;
@@ -78,6 +79,7 @@ export class Run {
   private forget() {
     for (const map of [this.live, this.final, this.expected]) map.clear();
     this.current = -1;
+    this.doomed.clear();
     this.next = 1;
     this.lastPoint = 0;
     this.firstScan = null;
@@ -133,6 +135,9 @@ export class Run {
         case 'SectionFinal':
           if (section !== undefined && !this.final.has(section)) void this.loadSection(section);
           all = true;
+          break;
+        case 'GateDecision':
+          if (event.while_measuring && section !== undefined) { this.doomed.add(section); all = true; }
           break;
         case 'Hold': this.motion = 'held'; this.message = String(event.message ?? ''); all = true; break;
         case 'Resume': if (this.motion === 'held') this.motion = 'scanning'; this.message = ''; all = true; break;
