@@ -73,7 +73,7 @@ const browser = await chromium.launch({
   args: ['--no-sandbox', '--disable-gpu', '--no-first-run', '--disable-background-networking', '--disable-component-update', '--disable-sync'],
 });
 try {
-  let job = await demo('run', '--speed', '4', '--stay');
+  let job = await demo('run', '--speed', '2', '--stay');
   const context = await browser.newContext({ viewport: { width: 1440, height: 1000 }, locale: 'en-GB', colorScheme: 'light' });
   const page = await context.newPage();
   const complaints = [];
@@ -82,6 +82,7 @@ try {
   await page.goto(`${job.url}#token=${token}`);
   check('the token leaves the address', !page.url().includes(token), page.url());
   await until(page, 'measuring is shown', () => document.body.dataset.motion === 'scanning');
+  await until(page, 'link health', () => document.getElementById('link').innerText.includes('Link'));
   await until(page, 'points appear', () => Number(document.body.dataset.points) > 100);
   await until(page, 'whiskers of the live section', () => Number(document.getElementById('section').dataset.whiskers) > 50);
   check('something is drawn', (await drawn(page, 'section')) > 2000 && (await drawn(page, 'strip')) > 500);
@@ -89,7 +90,6 @@ try {
   await until(page, 'sections in space', () => Number(document.getElementById('blade').dataset.sections) >= 2);
   check('the blade is drawn', (await drawn(page, 'blade')) > 2000);
   check('progress', (await page.locator('#progress').evaluate((element) => element.value)) > 0.1);
-  check('link health', (await page.locator('#link').innerText()).includes('Link'));
 
   // A point is left out and taken back, by keyboard.
   await page.keyboard.press('[');
@@ -140,7 +140,7 @@ try {
   await ended(job);
   await until(page, 'the page says that nobody answers', () => document.body.dataset.connected === 'false' && !document.getElementById('notice').hidden);
   await picture(page, 'waiting');
-  job = await demo('run', '--speed', '1');
+  job = await demo('run', '--speed', '0.25');
   await until(page, 'it goes on with the new run', () => document.body.dataset.connected === 'true' && document.body.dataset.motion === 'scanning' && Number(document.body.dataset.points) > 20);
   check('the first section is measured again', Number(await page.locator('#blade').getAttribute('data-sections')) < 8);
 
