@@ -121,16 +121,13 @@ try {
   check('no sideways scrolling on a phone', await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth));
   await picture(page, 'phone');
   await page.setViewportSize({ width: 1440, height: 1000 });
-  check('the browser chooses the language', await (async () => {
-    const other = await (await browser.newContext({ locale: 'zh-CN', colorScheme: 'dark' })).newPage();
-    await other.goto(job.url);
-    const lang = await other.evaluate(() => document.documentElement.lang);
-    await other.context().close();
-    return lang === 'zh-CN';
-  })());
+  const other = await (await browser.newContext({ locale: 'zh-CN', colorScheme: 'dark' })).newPage();
+  await other.goto(job.url);
+  await until(other, 'the browser chooses the language', () => document.documentElement.lang === 'zh-CN');
+  await other.context().close();
 
   await until(page, 'the end and its verdict', () => document.body.dataset.motion === 'ended' && !!document.querySelector('#state .badge'), null, 60000);
-  check('the stop button is gone', await page.locator('#stop').isHidden());
+  await until(page, 'the stop button is gone', () => document.getElementById('stop').hidden);
   await page.locator('#follow').click();
   await page.keyboard.press('0');
   await picture(page, 'ended');
