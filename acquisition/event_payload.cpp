@@ -58,8 +58,21 @@ std::string final_payload(const SectionResult& section, std::optional<double> la
         .add("points", section.points.size())
         .add("rejected", section.fit ? section.fit->rejected : 0)
         .add("closed", section.fit && section.fit->closed)
-        .add("latency_ms", latency_ms, 3);
+        .add("latency_ms", latency_ms, 3)
+        .add("compensation", acquisition::to_string(section.compensation.state));
     if (!section.why.empty()) fields.add("why", section.why);
+    return fields.text();
+}
+
+std::string revised_payload(const SectionResult& section) {
+    const Compensation& compensation = section.compensation;
+    JsonFields fields;
+    fields.add("section", section.index)
+        .add("z_mm", section.z_mm, count_digits)
+        .add("compensation", acquisition::to_string(compensation.state))
+        .add("share", compensation.share, count_digits)
+        .add("change_mm", compensation.change_mm, fine_digits);
+    if (!compensation.note.empty()) fields.add("why", compensation.note);
     return fields.text();
 }
 

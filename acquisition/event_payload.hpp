@@ -14,6 +14,7 @@ namespace cmm::acquisition {
 std::string batch_payload(std::size_t section, std::uint64_t first_sequence, std::size_t count);
 std::string snapshot_payload(std::size_t section, const LiveSnapshot& snapshot);
 std::string final_payload(const SectionResult& section, std::optional<double> latency_ms);
+std::string revised_payload(const SectionResult& section);
 std::string rejected_payload(std::size_t section, const RecordedPoint& point);
 std::string characteristic_payload(std::size_t section, const Characteristic& characteristic);
 std::string exceedance_payload(std::size_t section, const Exceedance& exceedance);

@@ -23,6 +23,8 @@ std::string_view to_string(EventKind kind) noexcept {
             return "SectionUpdated";
         case EventKind::section_final:
             return "SectionFinal";
+        case EventKind::section_revised:
+            return "SectionRevised";
         case EventKind::characteristic_updated:
             return "CharacteristicUpdated";
         case EventKind::gate_decision:

@@ -19,6 +19,7 @@ enum class EventKind : std::uint8_t {
     point_rejected,
     section_updated,
     section_final,
+    section_revised,
     characteristic_updated,
     gate_decision,
     line_garbled,

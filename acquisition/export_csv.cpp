@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -65,9 +66,11 @@ std::string section_csv(const SectionResult& section) {
     for (std::size_t i = 0; i < contour.size(); ++i) {
         const auto& point = contour[i];
         append(out, {point.position_mm.x(), point.position_mm.y(), section.z_mm});
-        // The normal lies in the plane: this is the contour in the plane z, compensated in two dimensions.
-        out += ',' + core::fixed(point.normal.x(), unit_digits) + ',' + core::fixed(point.normal.y(), unit_digits) +
-               ",0," + std::string(fitting::to_string(point.zone)) + ',';
+        const double lean_rad = point.lean_rad.value_or(0.0);  // unknown: the normal lies in the plane
+        const Eigen::Vector2d level = std::cos(lean_rad) * point.normal;
+        out += ',' + core::fixed(level.x(), unit_digits) + ',' + core::fixed(level.y(), unit_digits) + ',' +
+               (point.lean_rad ? core::fixed(std::sin(lean_rad), unit_digits) : "0") + ',' +
+               std::string(fitting::to_string(point.zone)) + ',';
         if (i < section.deviation_mm.size() && section.deviation_mm[i]) out += cell(*section.deviation_mm[i]);
         out += ',' + cell(point.u95_mm) + '\n';
     }

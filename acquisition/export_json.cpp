@@ -54,6 +54,17 @@ Json kept_points(const SectionResult& section) {
     return points;
 }
 
+Json compensation(const Compensation& compensation) {
+    Json out{{"state", to_string(compensation.state)}};
+    if (compensation.state == Compensation::State::final) {
+        out["share"] = number(compensation.share);
+        out["change_mm"] = number(compensation.change_mm);
+    } else if (!compensation.note.empty()) {
+        out["why"] = compensation.note;
+    }
+    return out;
+}
+
 Json section_of(const SectionResult& section) {
     Json characteristics = Json::array();
     for (const auto& c : section.characteristics)
@@ -64,7 +75,8 @@ Json section_of(const SectionResult& section) {
              {"points", section.points.size()},
              {"rejected", section.rejected()},
              {"closed", section.closed()},
-             {"decision", to_string(section.decision())}};
+             {"decision", to_string(section.decision())},
+             {"compensation", compensation(section.compensation)}};
     if (section.closed()) {
         out["contour_file"] = "section-" + std::to_string(section.index) + ".csv";
         out["noise_sigma_mm"] = number(section.fit->noise_sigma_mm);

@@ -205,6 +205,8 @@ FittingSpec read_fitting(const ConfigTable& table) {
     FittingSpec spec;
     spec.le_model = read_edge_model(table, "le_model");
     spec.te_model = read_edge_model(table, "te_model");
+    const bool flat = table.word("compensation", "3d", {"3d", "2d"}) == "2d";
+    spec.compensation = flat ? CompensationMethod::flat : CompensationMethod::surface;
     spec.fairing_mm = table.number("fairing_mm", 0.0, {0.0, 1.0});
     spec.filters.at(Zone::suction) = spec.filters.at(Zone::pressure) = read_filter(table, "side");
     spec.filters.at(Zone::le) = spec.filters.at(Zone::te) = read_filter(table, "edge");

@@ -52,11 +52,14 @@ struct GateSpec {
     std::optional<double> profile_mm, edge_profile_mm;  ///< full width of the zone; absent: reported, not judged
 };
 
+enum class CompensationMethod { surface, flat };
+
 /// How the sections are fitted and their deviations filtered; by default nothing is asked for.
 struct FittingSpec {
     std::optional<fitting::EdgeModel> le_model, te_model;  ///< absent: the points choose
-    double fairing_mm = 0.0;                               ///< how far fairing may move the contour; 0: none
-    fitting::ZoneFilters filters;                          ///< of the deviations that the profiles judge
+    CompensationMethod compensation = CompensationMethod::surface;
+    double fairing_mm = 0.0;       ///< how far fairing may move the contour; 0: none
+    fitting::ZoneFilters filters;  ///< of the deviations that the profiles judge
 };
 
 /// A part file as the host sees it ([actual] is the simulator's). A value.

@@ -137,8 +137,10 @@ std::vector<std::optional<double>> ReferenceContour::compare(std::span<ContourPo
     for (std::size_t i = 0; i < contour.size(); ++i) {
         ContourPoint& point = contour[i];
         const Match matched = match(point, feet[i]);
-        point.offset_error_mm = matched.offset_error_mm;
-        point.u95_mm += point.offset_error_mm;
+        if (!point.lean_rad) {
+            point.u95_mm += matched.offset_error_mm - point.offset_error_mm;
+            point.offset_error_mm = matched.offset_error_mm;
+        }
         if (point.reached) deviations[i] = deviation(point, matched);
     }
     return deviations;

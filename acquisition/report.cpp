@@ -233,6 +233,23 @@ std::string rejected_list(const SectionResult& section) {
            rows + "</tbody></table></div></details>\n";
 }
 
+std::string compensation_text(const Compensation& compensation) {
+    switch (compensation.state) {
+        case Compensation::State::final: {
+            std::string text = ", 3-D compensation moved the contour by up to " +
+                               core::fixed(compensation.change_mm * 1e3, 1) + " \u00b5m";
+            constexpr double whole = 0.9995;
+            if (compensation.share < whole) text += " (" + core::fixed(100.0 * compensation.share, 1) + " % of it)";
+            return text;
+        }
+        case Compensation::State::provisional:
+            return ", provisional";
+        case Compensation::State::flat:
+            return compensation.note.empty() ? "" : ", 2-D compensation: " + escape(compensation.note);
+    }
+    return {};
+}
+
 std::string section_sheet(const SectionResult& section, double ball_radius_mm) {
     const auto decision = section.decision();
     std::string out = "<article class=\"sheet section\" id=\"section-" + std::to_string(section.index) + "\"><header>" +
@@ -241,6 +258,7 @@ std::string section_sheet(const SectionResult& section, double ball_radius_mm) {
                       " rejected";
     if (section.closed()) {
         out += ", scatter " + core::fixed(section.fit->noise_sigma_mm * 1e3, 1) + " \u00b5m (1 \u03c3)";
+        out += compensation_text(section.compensation);
         if (const auto count = section.not_reached(); count > 0)
             out += ", the ball does not reach " + std::to_string(count) + " of " +
                    std::to_string(section.fit->contour.size()) + " contour points";
@@ -272,15 +290,14 @@ std::string methods(const PartResult& part) {
            "<tr><td>Decision</td><td>ISO 14253-1 with the guard band g = 1.65/2 U95 (95 %, one-sided): accept when "
            "value + g "
            "\u2264 limit, reject when value \u2212 g &gt; limit, otherwise undecided.</td></tr>\n"
-           "<tr><td>Uncertainty</td><td>U95 is expanded (k = 2) from the scatter of the points about the fit. The "
-           "error of "
-           "the 2-D offset, r (1/cos lean \u2212 1) by the nominal\u2019s lean at each point, is not corrected and is "
-           "added to it. The "
-           "machine\u2019s own "
-           "length error is not included.</td></tr>\n"
-           "<tr><td>Compensation</td><td>The ball radius is taken off in the plane of the section, along the normal of "
-           "the "
-           "fitted curve of ball centres.</td></tr>\n"
+           "<tr><td>Uncertainty</td><td>U95 is expanded (k = 2) from the scatter of the points about the fit, with "
+           "what the neighbouring sections took from the section and what is not known of the lean. Where the ball is "
+           "compensated in 2-D, the error of that, r (1/cos lean \u2212 1) by the nominal\u2019s lean at each point, is "
+           "added. The machine\u2019s own length error is not included.</td></tr>\n"
+           "<tr><td>Compensation</td><td>3-D: the contour is that of the surface of contacts in the plane of the "
+           "section; contacts lie one ball radius inside the surface through the ball centres of all sections, along "
+           "its normal. 2-D: the ball radius is taken off in the plane of the section, along the normal of the fitted "
+           "curve of ball centres.</td></tr>\n"
            "<tr><td>Reach</td><td>Hollows of the nominal that are sharper than the ball are not compared: the ball "
            "rests "
            "on "

@@ -2,8 +2,10 @@
 #include "acquisition/run_results.hpp"
 
 #include <cmath>
+#include <deque>
 #include <utility>
 
+#include "acquisition/part_judge.hpp"
 #include "acquisition/section_setup.hpp"
 
 namespace cmm::acquisition {
@@ -35,7 +37,8 @@ core::Result<PartResult> results_of_points(const std::vector<PointSection>& sect
     result.ball_radius_mm = ball_radius_mm;
     result.has_nominal = *nominal != nullptr;
     std::uint64_t sequence = 0;
-    SectionJudge judge;
+    std::deque<SectionSetup> setups;
+    PartJudge judge;
     for (std::size_t i = 0; i < sections.size(); ++i) {
         auto setup =
             make_section_setup(used, nominal->get(), i, planned_height(sections[i].z_mm(), used.scan.heights_mm));
@@ -53,8 +56,10 @@ core::Result<PartResult> results_of_points(const std::vector<PointSection>& sect
             points.push_back(point);
         }
         choice.apply(points);
-        result.sections.push_back(judge.finish(*setup, std::move(points)));
+        judge.finish(setups.emplace_back(std::move(*setup)), std::move(points));
     }
+    judge.complete();
+    result.sections = judge.take();
     if (auto status = choice.all_found(); !status) return tl::unexpected(status.error());
     return result;
 }

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "acquisition/part_judge.hpp"
+
 namespace cmm::acquisition {
 namespace {
 
@@ -96,12 +98,15 @@ core::Result<PartResult> RunReview::result() {
     result.has_nominal = has_nominal();
     const auto& sections = recorded_.all();
     result.complete = sections.size() == part_.scan.heights_mm.size();
+    PartJudge judge;
     for (std::size_t i = 0; i < sections.size(); ++i) {
         const auto judged = result_at(i);
         if (!judged) return tl::unexpected(judged.error());
         result.complete = result.complete && sections[i].finished;
-        result.sections.push_back(**judged);
+        judge.take_over(setups_.at(sections[i].index), **judged);
     }
+    judge.complete();
+    result.sections = judge.take();
     if (auto status = choice_.all_found(); !status) return tl::unexpected(status.error());
     return result;
 }

@@ -42,6 +42,7 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
             input == SessionInput::succeeded && state_ != SessionState::stopping && state_ != SessionState::flushing;
         if (stop_requested_ && going_on) input = SessionInput::stop_requested;
     }
+    finisher_->complete();
     co_await all_judged();
     ScanOutcome outcome;
     outcome.result.sections = finisher_->take_all();

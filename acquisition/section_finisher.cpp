@@ -36,6 +36,17 @@ SectionFinisher::~SectionFinisher() {
 void SectionFinisher::submit(std::unique_ptr<LiveSection> section) {
     const std::lock_guard lock(mutex_);
     waiting_.push_back(std::move(section));
+    begin();
+}
+
+void SectionFinisher::complete() {
+    const std::lock_guard lock(mutex_);
+    complete_ = true;
+    begin();
+}
+
+/// Under the mutex.
+void SectionFinisher::begin() {
     if (!std::exchange(busy_, true)) workers_.post([this] { work(); });
 }
 
@@ -43,7 +54,7 @@ void SectionFinisher::rehearse(const SectionSetup& setup, std::vector<RecordedPo
     const std::lock_guard lock(mutex_);
     if (busy_ || judgement_ms_ * rehearsals_within > left_ms) return;
     busy_ = true;
-    workers_.post([this, &setup, points = std::move(points), judge = judge_]() mutable {
+    workers_.post([this, &setup, points = std::move(points), judge = judge_.alone()]() mutable {
         (void)this->judge(judge, setup, std::move(points));
         work();
     });
@@ -62,8 +73,7 @@ bool SectionFinisher::idle() const {
 std::vector<SectionResult> SectionFinisher::take_all() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return !busy_; });
-    std::sort(results_.begin(), results_.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
-    return std::exchange(results_, {});
+    return judge_.take();
 }
 
 LatencySummary SectionFinisher::latency() const {
@@ -71,7 +81,7 @@ LatencySummary SectionFinisher::latency() const {
     return summarise(latencies_ms_);
 }
 
-/// A judgement, and how long it took.
+/// A judgement of a section by itself, and how long it took.
 SectionResult SectionFinisher::judge(SectionJudge& judge, const SectionSetup& setup,
                                      std::vector<RecordedPoint> points) {
     const auto begun = clock_.now();
@@ -83,22 +93,35 @@ SectionResult SectionFinisher::judge(SectionJudge& judge, const SectionSetup& se
 
 void SectionFinisher::work() {
     std::unique_lock lock(mutex_);
-    while (!waiting_.empty()) {
-        const auto section = std::move(waiting_.front());
-        waiting_.pop_front();
+    while (!waiting_.empty() || complete_) {
+        if (!waiting_.empty()) {
+            finish_next(lock);
+            continue;
+        }
+        complete_ = false;
         lock.unlock();
-        auto result = judge(judge_, section->setup(), section->points());
-        std::optional<double> latency_ms;
-        if (const auto received = section->last_sample_host_time())
-            latency_ms = core::seconds(clock_.now() - *received) * 1e3;
-        announce(result, section->last_machine_time_s(), latency_ms);
+        announce_revised(judge_.complete(), t_machine_s_);
         lock.lock();
-        if (latency_ms) latencies_ms_.push_back(*latency_ms);
-        rejected_ = rejected_ || result.decision() == Decision::reject;
-        results_.push_back(std::move(result));
     }
     busy_ = false;
     changed_.notify_all();  // under the mutex: who waits may destroy this object
+}
+
+void SectionFinisher::finish_next(std::unique_lock<std::mutex>& lock) {
+    const auto section = std::move(waiting_.front());
+    waiting_.pop_front();
+    lock.unlock();
+    const auto& result = judge_.take_over(section->setup(), judge(judge_.alone(), section->setup(), section->points()));
+    std::optional<double> latency_ms;
+    if (const auto received = section->last_sample_host_time())
+        latency_ms = core::seconds(clock_.now() - *received) * 1e3;
+    const bool rejected = result.decision() == Decision::reject;
+    t_machine_s_ = section->last_machine_time_s();
+    announce(result, t_machine_s_, latency_ms);
+    announce_revised(judge_.grow(), t_machine_s_);
+    lock.lock();
+    if (latency_ms) latencies_ms_.push_back(*latency_ms);
+    rejected_ = rejected_ || rejected;
 }
 
 void SectionFinisher::announce(const SectionResult& result, double t_machine_s, std::optional<double> latency_ms) {
@@ -107,6 +130,17 @@ void SectionFinisher::announce(const SectionResult& result, double t_machine_s, 
         if (point.verdict.reason == fitting::RejectReason::none) continue;
         events_.emit(EventKind::point_rejected, t_machine_s, rejected_payload(result.index, point));
     }
+    announce_decisions(result, t_machine_s);
+}
+
+void SectionFinisher::announce_revised(const std::vector<const SectionResult*>& revised, double t_machine_s) {
+    for (const auto* result : revised) {
+        events_.emit(EventKind::section_revised, t_machine_s, revised_payload(*result));
+        announce_decisions(*result, t_machine_s);
+    }
+}
+
+void SectionFinisher::announce_decisions(const SectionResult& result, double t_machine_s) {
     for (const auto& characteristic : result.characteristics) {
         events_.emit(EventKind::characteristic_updated, t_machine_s,
                      characteristic_payload(result.index, characteristic));

@@ -10,6 +10,7 @@
 
 #include "acquisition/events.hpp"
 #include "acquisition/live_section.hpp"
+#include "acquisition/part_judge.hpp"
 #include "acquisition/section_result.hpp"
 #include "acquisition/workers.hpp"
 #include "core/clock.hpp"
@@ -24,7 +25,8 @@ struct LatencySummary {
 LatencySummary summarise(std::vector<double> times_ms);
 
 /// Fits and judges completed sections on the workers, one after another, while the machine measures on, and announces
-/// them (SectionFinal, PointRejected, CharacteristicUpdated, GateDecision). `submit` never waits for a fit; any thread.
+/// them (SectionFinal, PointRejected, CharacteristicUpdated, GateDecision); and again what the sections after them
+/// change (SectionRevised, CharacteristicUpdated, GateDecision). `submit` never waits for a fit; any thread.
 class SectionFinisher {
   public:
     SectionFinisher(EventHub& events, const core::Clock& clock, Workers& workers);
@@ -40,7 +42,9 @@ class SectionFinisher {
     void rehearse(const SectionSetup& setup, std::vector<RecordedPoint> points, double left_ms);
     /// Whether one of the finished sections is rejected: then the part is, whatever comes.
     bool rejected() const;
-    /// Whether all submitted sections are finished.
+    /// No more sections come: all are compensated by the whole surface.
+    void complete();
+    /// Whether all that was asked for is finished.
     bool idle() const;
     /// Waits until all submitted sections are finished and hands them over, by index.
     std::vector<SectionResult> take_all();
@@ -51,18 +55,23 @@ class SectionFinisher {
   private:
     SectionResult judge(SectionJudge& judge, const SectionSetup& setup, std::vector<RecordedPoint> points);
     void work();
+    void begin();
+    void finish_next(std::unique_lock<std::mutex>& lock);
     void announce(const SectionResult& result, double t_machine_s, std::optional<double> latency_ms);
+    void announce_revised(const std::vector<const SectionResult*>& revised, double t_machine_s);
+    void announce_decisions(const SectionResult& result, double t_machine_s);
 
     EventHub& events_;
     const core::Clock& clock_;
     Workers& workers_;
     mutable std::mutex mutex_;
     std::condition_variable changed_;
-    SectionJudge judge_;  // of the worker, while busy
+    PartJudge judge_;           // of the worker, while busy
+    double t_machine_s_ = 0.0;  // of the last section; of the worker
     std::deque<std::unique_ptr<LiveSection>> waiting_;
-    std::vector<SectionResult> results_;
+    bool complete_ = false;      // asked for
+    double judgement_ms_ = 0.0;  // what the last section took by itself
     std::vector<double> latencies_ms_;
-    double judgement_ms_ = 0.0;  // what the last one took
     bool rejected_ = false;
     bool busy_ = false;  // a worker has been asked to go through those waiting, and has not ended
 };

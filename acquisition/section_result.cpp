@@ -95,6 +95,18 @@ std::string_view to_string(Decision decision) noexcept {
     return "not_evaluable";
 }
 
+std::string_view to_string(Compensation::State state) noexcept {
+    switch (state) {
+        case Compensation::State::flat:
+            return "2d";
+        case Compensation::State::provisional:
+            return "provisional";
+        case Compensation::State::final:
+            return "final";
+    }
+    return "2d";
+}
+
 std::size_t SectionResult::rejected() const {
     return static_cast<std::size_t>(std::count_if(points.begin(), points.end(), [](const RecordedPoint& point) {
         return point.verdict.reason != fitting::RejectReason::none;

@@ -36,6 +36,21 @@ struct RecordedPoint {
     fitting::PointVerdict verdict;
 };
 
+/// How the ball was taken off a section's contour.
+struct Compensation {
+    enum class State : std::uint8_t {
+        flat,         ///< in the section's plane, for good
+        provisional,  ///< in the section's plane until its neighbours are there
+        final,        ///< by the surface through the ball centres of all sections
+    };
+    State state = State::flat;
+    std::string note;        ///< flat: why
+    double share = 0.0;      ///< final: of the section that the surface compensates; elsewhere the 2-D offset stands
+    double change_mm = 0.0;  ///< final: largest distance from the provisional contour
+};
+/// "2d", "provisional", "final".
+std::string_view to_string(Compensation::State state) noexcept;
+
 /// A finished section. `fit` is absent where the points do not determine a section; `why` says it.
 struct SectionResult {
     std::size_t index = 0;  ///< 0-based, order of measurement
@@ -49,6 +64,7 @@ struct SectionResult {
     std::vector<std::optional<double>> deviation_mm;
     std::vector<Eigen::Vector2d> nominal_contour;  ///< for the pictures; empty without a nominal
     std::vector<Characteristic> characteristics;
+    Compensation compensation;
 
     bool closed() const { return fit && fit->closed && !fit->contour.empty(); }
     std::size_t rejected() const;

@@ -35,6 +35,29 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
     return setup;
 }
 
+fitting::SectionOptions section_options(const SectionSetup& setup) {
+    fitting::SectionOptions options;
+    options.ball_radius_mm = setup.ball_radius_mm;
+    options.le_hint = setup.le_hint_mm;
+    options.le_model = setup.fitting.le_model;
+    options.te_model = setup.fitting.te_model;
+    options.fairing_mm = setup.fitting.fairing_mm;
+    if (setup.nominal) {
+        options.le_hint = setup.nominal->section.le_point();
+        options.te_hint = setup.nominal->section.te_point();
+    }
+    return options;
+}
+
+SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit> fit, const SectionSetup& setup) {
+    EvaluationOptions evaluation;
+    evaluation.profile_mm = setup.gate.profile_mm;
+    evaluation.edge_profile_mm = setup.gate.edge_profile_mm;
+    evaluation.filters = setup.fitting.filters;
+    const ReferenceContour* nominal = setup.nominal ? &setup.nominal->reference : nullptr;
+    return evaluate_section(std::move(section), std::move(fit), nominal, evaluation);
+}
+
 SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<RecordedPoint> points) {
     std::vector<Eigen::Vector2d> centres;
     std::vector<fitting::RejectReason> excluded;
@@ -47,25 +70,10 @@ SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<Record
         excluded.push_back(point.verdict.reason);
         kept.push_back(static_cast<char>(point.verdict.kept));
     }
-    fitting::SectionOptions options;
-    options.ball_radius_mm = setup.ball_radius_mm;
-    options.le_hint = setup.le_hint_mm;
-    options.le_model = setup.fitting.le_model;
-    options.te_model = setup.fitting.te_model;
-    options.fairing_mm = setup.fitting.fairing_mm;
+    auto options = section_options(setup);
     if (!options.le_hint && last_le_mm_) {
         options.le_hint = last_le_mm_;
         options.te_hint = last_te_mm_;
-    }
-    EvaluationOptions evaluation;
-    evaluation.profile_mm = setup.gate.profile_mm;
-    evaluation.edge_profile_mm = setup.gate.edge_profile_mm;
-    evaluation.filters = setup.fitting.filters;
-    const ReferenceContour* nominal = nullptr;
-    if (setup.nominal) {
-        options.le_hint = setup.nominal->section.le_point();
-        options.te_hint = setup.nominal->section.te_point();
-        nominal = &setup.nominal->reference;
     }
     auto fit = fitting::fit_section(centres, excluded, options, kept);
     if (fit && fit->closed) {
@@ -77,8 +85,8 @@ SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<Record
     section.name = setup.name;
     section.z_mm = setup.z_mm;
     section.points = std::move(points);
-    section = evaluate_section(std::move(section), std::move(fit), nominal, evaluation);
-    if (section.closed() || nominal == nullptr) return section;
+    section = judge_fit(std::move(section), std::move(fit), setup);
+    if (section.closed() || !setup.nominal) return section;
     LiveSection live(setup, 1.0, core::PartFromMachine(), section.points.size());
     live.restore(section.points);
     if (live.exceedance()) reject_by(*live.exceedance(), section);

@@ -38,10 +38,15 @@ struct SectionSetup {
 core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nominal* nominal, std::size_t index,
                                               double z_mm);
 
-/// The one way from points to judged sections: bad points, fit, deviations, characteristics, decisions; scan, run file
-/// and point file all take it. Give it a part's sections in order: without a nominal or hint the first section's edge
-/// with the larger radius is the LE, and the following sections take the edge next to it, so that near-equal edges do
-/// not change their names from section to section. One owner; deterministic.
+/// What the fit of a section is told.
+fitting::SectionOptions section_options(const SectionSetup& setup);
+
+/// Judges a fit by what the setup says; `section` brings index, name, z and points.
+SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit> fit, const SectionSetup& setup);
+
+/// Judges single sections of a part, compensated in their planes. Give it a part's sections in order: without a nominal
+/// or hint the first section's edge with the larger radius is the LE, and the following sections take the edge next to
+/// it, so that near-equal edges do not change their names from section to section. One owner; deterministic.
 class SectionJudge {
   public:
     /// Verdicts that the points bring along (no contact, by operator, kept by operator) stand; the others are found

@@ -44,6 +44,12 @@ std::vector<double> spread(const PlaneCut& cut, double period, std::size_t count
     return u;
 }
 
+core::Result<PlaneCut> touched_cut(const Surface& surface, double distance_mm, double z_mm, std::span<const double> u) {
+    auto cut = cut_at_height(surface, distance_mm, z_mm, u);
+    if (cut) std::erase_if(cut->points, [](const CutPoint& p) { return p.folded; });
+    return cut;
+}
+
 double largest_distance(const ContactContour& from, const ContactContour& to) {
     std::vector<Vec2> points;
     for (const ContactPoint& p : to.points)
@@ -93,12 +99,12 @@ core::Status SurfaceCompensation::take(SurfaceRow row) {
 
 core::Result<ContactContour> SurfaceCompensation::cut(double z_mm, std::size_t count) const {
     const Surface& surface = fit_->surface;
-    const auto coarse = cut_at_height(surface, -ball_radius_, z_mm, span_parameters(surface.u(), 3));
+    const auto coarse = touched_cut(surface, -ball_radius_, z_mm, span_parameters(surface.u(), 3));
     if (!coarse) return tl::unexpected(coarse.error());
     if (coarse->points.size() < 8)
         return core::fail(ErrorCode::fit_not_evaluable, "compensation: the ball is larger than what it touched");
     const double period = surface.u().back() - surface.u().front();
-    auto fine = cut_at_height(surface, -ball_radius_, z_mm, spread(*coarse, period, count));
+    auto fine = touched_cut(surface, -ball_radius_, z_mm, spread(*coarse, period, count));
     if (!fine) return tl::unexpected(fine.error());
     ContactContour contour;
     contour.z_mm = z_mm;

@@ -25,8 +25,8 @@ constexpr double spread_by_turning = 0.25;  // of the contour points that are sp
 class ContourBuilder {
   public:
     ContourBuilder(const SmoothCurve& smooth, std::span<const Vec2> good, const SectionOptions& options,
-                   SectionFit& fit)
-        : smooth_(smooth), good_(good), options_(options), fit_(fit) {}
+                   SectionFit& fit, std::span<const SurfaceStation> surface)
+        : smooth_(smooth), good_(good), options_(options), fit_(fit), surface_(surface) {}
 
     core::Status run() {
         const std::size_t dense = 2 * std::max<std::size_t>(options_.contour_points, 400);
@@ -111,6 +111,28 @@ class ContourBuilder {
             out.reached = !a.on_arc;
             fit_.centre_curve[i] = out;
             fit_.centre_curve[i].position_mm += options_.ball_radius_mm * out.normal;
+            if (!surface_.empty()) take_surface(smooth_.curve.wrap(a.t), noise_uncertainty(a), out);
+        }
+    }
+
+    void take_surface(double t, double noise_mm, ContourPoint& out) const {
+        const auto above = std::upper_bound(surface_.begin(), surface_.end(), t,
+                                            [](double value, const SurfaceStation& s) { return value < s.t; });
+        const SurfaceStation& next = above != surface_.end() ? *above : surface_.front();
+        const SurfaceStation& last = above != surface_.begin() ? *(above - 1) : surface_.back();
+        const double period = smooth_.curve.period();
+        const auto ahead = [&](double from, double to) { return to >= from ? to - from : to - from + period; };
+        const double share = ahead(last.t, t) / std::max(ahead(last.t, next.t), 1e-300);
+        const auto between = [&](double SurfaceStation::*value) {
+            return last.*value + std::clamp(share, 0.0, 1.0) * (next.*value - last.*value);
+        };
+        out.u95_mm = std::hypot(noise_mm, between(&SurfaceStation::doubt_mm)) + fit_.faired_mm +
+                     between(&SurfaceStation::lean_doubt_mm);
+        if (last.moved && next.moved) {
+            out.lean_rad = between(&SurfaceStation::lean_rad);
+        } else {
+            out.offset_error_mm = between(&SurfaceStation::offset_error_mm);
+            out.u95_mm += out.offset_error_mm;
         }
     }
 
@@ -134,6 +156,7 @@ class ContourBuilder {
     std::span<const Vec2> good_;
     const SectionOptions& options_;
     SectionFit& fit_;
+    std::span<const SurfaceStation> surface_;
     std::vector<EdgePatch> patches_;
     double coverage_ = 2.0;
 };
@@ -141,8 +164,8 @@ class ContourBuilder {
 }  // namespace
 
 core::Status build_contour(const SmoothCurve& smooth, std::span<const Vec2> good, const SectionOptions& options,
-                           SectionFit& fit) {
-    return ContourBuilder(smooth, good, options, fit).run();
+                           SectionFit& fit, std::span<const SurfaceStation> surface) {
+    return ContourBuilder(smooth, good, options, fit, surface).run();
 }
 
 }  // namespace cmm::fitting

@@ -9,10 +9,20 @@
 
 namespace cmm::fitting {
 
+/// What the surface of ball centres said at a place of the curve of ball centres, which was moved by it.
+struct SurfaceStation {
+    double t = 0.0;  ///< parameter of the curve
+    double lean_rad = 0.0;
+    double doubt_mm = 0.0;         ///< by the other sections, expanded; joined with the noise
+    double lean_doubt_mm = 0.0;    ///< largest error by what is not known of the lean; added
+    double offset_error_mm = 0.0;  ///< of the 2-D offset by this lean
+    bool moved = true;             ///< false: the curve was left there as it is, or hardly moved
+};
+
 /// From the fitted curve of ball centres to the part: edge arcs, joins, offset, zones, sampling, chord and thickness;
 /// fills these fields of `fit`, whose noise is known already. `good` are the points that `smooth` was fitted to.
-/// Errors: fit_not_evaluable (no two edges, ball too large).
+/// `surface`: none, or by ascending t over the period. Errors: fit_not_evaluable (no two edges, ball too large).
 core::Status build_contour(const SmoothCurve& smooth, std::span<const Vec2> good, const SectionOptions& options,
-                           SectionFit& fit);
+                           SectionFit& fit, std::span<const SurfaceStation> surface = {});
 
 }  // namespace cmm::fitting

@@ -54,6 +54,7 @@ core::Result<SectionFit> fit_section(std::span<const Eigen::Vector2d> centres, s
     fit.noise_sigma_mm = centre_curve->smooth.sigma_mm;
     if (auto status = build_contour(centre_curve->smooth, centre_curve->good, options, fit); !status)
         return tl::unexpected(status.error());
+    fit.centres = {std::move(centre_curve->smooth), std::move(centre_curve->good)};
     return fit;
 }
 

@@ -12,6 +12,7 @@
 
 #include "core/error.hpp"
 #include "fitting/edge_kind.hpp"
+#include "fitting/smoothing.hpp"
 
 /// One section of a blade from ball centres in a plane z = const (seed 000, A1-A26; docs/theory.md).
 /// Pure functions: no I/O, no threads, no clock. Millimetres, part frame, plane coordinates x and y.
@@ -83,8 +84,15 @@ struct ContourPoint {
     double u95_mm = 0.0;  ///< expanded uncertainty (k = 2) from the residual noise, and the next
     /// A22: by how much the 2-D offset makes the part too thick here, as far as the lean of the surface is known.
     double offset_error_mm = 0.0;
-    bool reached = true;         ///< false: the ball rests in a hollow here, and the contour shows the ball
-    double arc_length_mm = 0.0;  ///< from the contour's first point
+    bool reached = true;             ///< false: the ball rests in a hollow here, and the contour shows the ball
+    std::optional<double> lean_rad;  ///< of the surface, upwards; there where the contour was cut from the surface
+    double arc_length_mm = 0.0;      ///< from the contour's first point
+};
+
+/// The curve of ball centres, free form also at the edges, and the points that it was fitted to, in its order.
+struct SectionCentres {
+    SmoothCurve curve;
+    std::vector<Eigen::Vector2d> points;
 };
 
 struct SectionFit {
@@ -100,6 +108,7 @@ struct SectionFit {
     double max_thickness_mm = 0.0;           ///< method INSCRIBED: diameter of the largest inscribed circle
     std::vector<ContourPoint> centre_curve;  ///< the fitted ball-centre curve, counter-clockwise, same zones
     std::vector<ContourPoint> contour;  ///< the part contour, counter-clockwise seen from +Z; closed (last joins first)
+    SectionCentres centres;             ///< as measured, also where the contour comes from the surface
 };
 
 /// Fits a closed section. `centres` are in measuring order, any start, either direction; `excluded[i]` != none keeps a

@@ -82,11 +82,9 @@ core::Result<PlaneCut> cut_at_height(const Surface& surface, double distance_mm,
         const auto [by_u, by_v] = jet.normal_derivatives();
         // The offset keeps its side where the area that it spans with its normal keeps its sign.
         const Vec3 du = jet.du + distance_mm * by_u, dv = jet.dv + distance_mm * by_v;
-        if (!(du.cross(dv).dot(normal) > 0.0)) {
-            ++cut.folded;
-            continue;
-        }
-        cut.points.push_back({{at, v}, jet.position + distance_mm * normal, normal});
+        const bool folded = !(du.cross(dv).dot(normal) > 0.0);
+        cut.folded += folded;
+        cut.points.push_back({{at, v}, jet.position + distance_mm * normal, normal, folded});
     }
     return cut;
 }

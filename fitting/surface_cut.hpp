@@ -15,13 +15,13 @@ struct CutPoint {
     SurfacePlace place;
     Vec3 position = Vec3::Zero();
     Vec3 normal = Vec3::Zero();
+    bool folded = false;  ///< S + d N runs backwards here (|d| above a radius of curvature): a ball does not touch
 };
 
 /// The cut of S + d N with the plane z = const, in the order of u.
 struct PlaneCut {
     std::vector<CutPoint> points;
-    /// Places where S + d N runs backwards (|d| above a radius of curvature): left out, a ball does not touch there.
-    std::size_t folded = 0;
+    std::size_t folded = 0;  ///< so many of them
 };
 
 /// Cuts S + d N, whose height grows with v along every curve u = const: at each asked u, v by Newton's method on

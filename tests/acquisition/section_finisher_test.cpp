@@ -141,7 +141,8 @@ TEST_F(SectionFinisherTest, TheEndWaitsForWhatWasSubmitted) {
         finisher.submit(section(1));
     }
     EXPECT_EQ(log.of(EventKind::section_final).size(), 2U);
-    EXPECT_EQ(log.of(EventKind::gate_decision).size(), 2U);
+    EXPECT_EQ(log.of(EventKind::section_revised).size(), 1U);
+    EXPECT_EQ(log.of(EventKind::gate_decision).size(), 3U) << "of the lower section again, when the upper had closed";
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ std::vector<ContourRow> read_contour(const std::string& path) {
     for (const auto& row : read_csv(path)) {
         ContourRow point;
         point.position_mm = {std::stod(row.at("x_mm")), std::stod(row.at("y_mm")), std::stod(row.at("z_mm"))};
-        point.normal = {std::stod(row.at("nx")), std::stod(row.at("ny"))};
+        point.normal = {std::stod(row.at("nx")), std::stod(row.at("ny")), std::stod(row.at("nz"))};
         point.zone = row.at("zone");
         point.u95_mm = std::stod(row.at("u95_mm"));
         rows.push_back(std::move(point));

@@ -17,7 +17,7 @@ std::vector<std::map<std::string, std::string>> read_csv(const std::string& path
 
 struct ContourRow {
     Eigen::Vector3d position_mm;
-    Eigen::Vector2d normal;
+    Eigen::Vector3d normal;
     std::string zone;
     double u95_mm;
 };

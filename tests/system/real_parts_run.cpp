@@ -47,7 +47,7 @@ Place place_of(const ContourRow& row, const sim::Surface& surface, const std::ve
                double ball_radius_mm, std::size_t& warm) {
     Place place;
     const Eigen::Vector2d p = row.position_mm.head<2>();
-    place.centre = p + ball_radius_mm * row.normal;
+    place.centre = p + ball_radius_mm * row.normal.head<2>().normalized();
     place.off_mm = distance_to_polyline(p, cut);
     const auto contact = surface.nearest({place.centre.x(), place.centre.y(), row.position_mm.z()}, warm);
     place.untouched_mm = std::abs(contact.distance_mm - ball_radius_mm);

@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/part_judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "fitting/closed_curve.hpp"
+#include "fitting/surface_section.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+using fitting::ContourPoint;
+
+std::vector<Eigen::Vector2d> positions(const std::vector<ContourPoint>& contour) {
+    std::vector<Eigen::Vector2d> points;
+    points.reserve(contour.size());
+    for (const auto& point : contour)
+        points.push_back(point.position_mm);
+    return points;
+}
+
+double largest_distance(const std::vector<ContourPoint>& from, const std::vector<ContourPoint>& to) {
+    const auto curve = fitting::ClosedCurve::through(positions(to));
+    if (!curve) return 0.0;
+    std::vector<fitting::ClosestPoint> feet(from.size());
+    curve->closest(positions(from), feet);
+    double largest = 0.0;
+    for (const auto& foot : feet)
+        largest = std::max(largest, std::abs(foot.distance_mm));
+    return largest;
+}
+
+}  // namespace
+
+const SectionResult& PartJudge::finish(const SectionSetup& setup, std::vector<RecordedPoint> points) {
+    return take_over(setup, alone_.finish(setup, std::move(points)));
+}
+
+const SectionResult& PartJudge::take_over(const SectionSetup& setup, SectionResult result) {
+    auto& judged = *sections_.emplace_back(std::make_unique<Judged>(Judged{&setup, std::move(result), {}}));
+    if (by_surface(judged)) {
+        judged.flat = judged.result.fit;
+        judged.result.compensation.state = Compensation::State::provisional;
+    } else if (setup.fitting.compensation == CompensationMethod::flat) {
+        judged.result.compensation.note = "asked for";
+    }
+    return judged.result;
+}
+
+/// Points that lie on the part need no compensation.
+bool PartJudge::by_surface(const Judged& judged) const {
+    return judged.result.closed() && judged.setup->ball_radius_mm > 0.0 &&
+           judged.setup->fitting.compensation == CompensationMethod::surface;
+}
+
+core::Status PartJudge::add_to(fitting::SurfaceCompensation& surface, const Judged& judged) const {
+    return surface.add(judged.flat->centres.curve, judged.result.z_mm, judged.flat->le_point_mm,
+                       judged.flat->te_point_mm);
+}
+
+void PartJudge::stay_flat(Judged& judged, const core::Error& why) {
+    judged.result = judge_fit(std::move(judged.result), *judged.flat, *judged.setup);
+    judged.result.compensation = {Compensation::State::flat, why.text(), 0.0, 0.0};
+}
+
+void PartJudge::compensate(Judged& judged, const fitting::SurfaceCompensation& surface) {
+    auto section =
+        fitting::compensate_section(surface, judged.result.z_mm, *judged.flat, section_options(*judged.setup));
+    if (!section) return stay_flat(judged, section.error());
+    const double change_mm = largest_distance(section->fit.contour, judged.flat->contour);
+    judged.result = judge_fit(std::move(judged.result), std::move(section->fit), *judged.setup);
+    judged.result.compensation = {Compensation::State::final, {}, section->share, change_mm};
+}
+
+std::vector<const SectionResult*> PartJudge::grow() {
+    if (sections_.empty()) return {};
+    Judged& newest = *sections_.back();
+    if (newest.result.compensation.state != Compensation::State::provisional) return {};
+    if (!growing_) growing_.emplace(newest.setup->ball_radius_mm);
+    if (auto status = add_to(*growing_, newest); !status) {
+        stay_flat(newest, status.error());
+        return {&newest.result};
+    }
+    Judged* const below = std::exchange(top_, &newest);
+    if (below == nullptr) return {};
+    compensate(*below, *growing_);
+    return {&below->result};
+}
+
+std::vector<const SectionResult*> PartJudge::complete() {
+    std::vector<Judged*> upwards;
+    for (const auto& section : sections_)
+        if (section->flat) upwards.push_back(section.get());
+    std::stable_sort(upwards.begin(), upwards.end(),
+                     [](const Judged* a, const Judged* b) { return a->result.z_mm < b->result.z_mm; });
+    std::vector<const SectionResult*> revised;
+    if (upwards.empty()) return revised;
+    fitting::SurfaceCompensation surface(upwards.front()->setup->ball_radius_mm);
+    std::vector<Judged*> joined;
+    for (Judged* const section : upwards) {
+        revised.push_back(&section->result);
+        if (auto status = add_to(surface, *section); !status) {
+            stay_flat(*section, status.error());
+        } else {
+            joined.push_back(section);
+        }
+    }
+    for (Judged* const section : joined)
+        compensate(*section, surface);
+    return revised;
+}
+
+std::vector<SectionResult> PartJudge::take() {
+    std::vector<SectionResult> results;
+    for (auto& section : sections_)
+        results.push_back(std::move(section->result));
+    sections_.clear();
+    growing_.reset();
+    top_ = nullptr;
+    std::stable_sort(results.begin(), results.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
+    return results;
+}
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "acquisition/section_result.hpp"
+#include "acquisition/section_setup.hpp"
+#include "fitting/compensation.hpp"
+
+namespace cmm::acquisition {
+
+/// The one way from points to a judged part: bad points, fit, compensation, deviations, characteristics, decisions;
+/// scan, run file and point file all take it. A section is first judged by itself, compensated in its plane, and
+/// provisional; when its neighbours are there, by the surface through all ball centres. Give it the sections in order,
+/// as SectionJudge wants them. One owner; deterministic: what `complete` leaves depends on the sections and their order
+/// alone, not on calls of `grow`.
+class PartJudge {
+  public:
+    /// Judges a section by itself, as SectionJudge does. `setup` outlives the judge.
+    const SectionResult& finish(const SectionSetup& setup, std::vector<RecordedPoint> points);
+
+    /// What judges the next section by itself.
+    SectionJudge& alone() { return alone_; }
+    /// The same with what `alone` made of it.
+    const SectionResult& take_over(const SectionSetup& setup, SectionResult result);
+
+    /// Lets the surface grow by the newest section, when it lies above the others, and judges anew the one below, which
+    /// has neighbours on both sides now. Returns what has changed, valid until the next call.
+    std::vector<const SectionResult*> grow();
+    /// No more sections come: all are compensated by the surface through all of them. Returns as above.
+    std::vector<const SectionResult*> complete();
+
+    /// Hands the sections over, by index.
+    std::vector<SectionResult> take();
+
+  private:
+    struct Judged {
+        const SectionSetup* setup;
+        SectionResult result;
+        std::optional<fitting::SectionFit> flat;  ///< as it was compensated in its plane
+    };
+    bool by_surface(const Judged& judged) const;
+    core::Status add_to(fitting::SurfaceCompensation& surface, const Judged& judged) const;
+    void stay_flat(Judged& judged, const core::Error& why);
+    void compensate(Judged& judged, const fitting::SurfaceCompensation& surface);
+
+    std::vector<std::unique_ptr<Judged>> sections_;
+    SectionJudge alone_;
+    std::optional<fitting::SurfaceCompensation> growing_;
+    Judged* top_ = nullptr;  // of the growing surface
+};
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/surface_section.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "fitting/closed_curve.hpp"
+#include "fitting/contour.hpp"
+#include "fitting/offset.hpp"
+#include "fitting/surface_cut.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+constexpr std::size_t most_neighbours = 4;
+constexpr double one_sided = 2.0;  // so much less is a slope known where all neighbours lie above, or below
+constexpr std::size_t parts_of_a_span = 8;
+constexpr std::size_t looked_ahead = 48;
+constexpr double window_share = 0.04;  // of the curve's breaks, to either side
+// Of the noise of the curve: up to there an rms distance of the surface is explained by it, from there on not at all.
+constexpr double explained_sigmas = 1.25, own_sigmas = 2.5;
+constexpr double still_radii = 1.0, faded_radii = 2.0;  // from a place that stays
+
+/// How well the other sections foretell a section: the polynomial through their points along each u = const.
+class NeighbourForecast {
+  public:
+    /// `u`: the places that will be asked for.
+    NeighbourForecast(const SurfaceCompensation& surface, std::size_t row, std::span<const double> u)
+        : off_(u.size(), Vec2::Zero()) {
+        const auto rows = surface.rows();
+        const double z = rows[row].z_mm();
+        std::vector<std::size_t> others;
+        for (std::size_t k = 0; k < rows.size(); ++k)
+            if (k != row) others.push_back(k);
+        std::sort(others.begin(), others.end(), [&](std::size_t a, std::size_t b) {
+            return std::abs(rows[a].z_mm() - z) < std::abs(rows[b].z_mm() - z);
+        });
+        others.resize(std::min(others.size(), most_neighbours));
+        known_ = others.size() > 1;
+        step_ = std::abs(rows[others.front()].z_mm() - z);
+        if (row == 0 || row + 1 == rows.size()) step_ /= one_sided;
+        add(surface, row, u, -1.0);
+        for (const std::size_t k : others) {
+            double weight = 1.0;  // Lagrange's
+            for (const std::size_t other : others)
+                if (other != k) weight *= (z - rows[other].z_mm()) / (rows[k].z_mm() - rows[other].z_mm());
+            add(surface, k, u, weight);
+        }
+    }
+
+    /// Of the slope of the column at place i, across the unit normal in the plane, as an angle; none with a single
+    /// neighbour.
+    std::optional<double> slope_error(std::size_t i, const Vec2& outward) const {
+        if (!known_) return std::nullopt;
+        return std::abs(off_[i].dot(outward)) / step_;
+    }
+
+  private:
+    /// The section's own points beside those of the surface.
+    void add(const SurfaceCompensation& surface, std::size_t row, std::span<const double> u, double weight) {
+        std::vector<Vec2> points;
+        for (const double place : u)
+            points.push_back(surface.centres()->surface.position({place, surface.rows()[row].z_mm()}).head<2>());
+        std::vector<ClosestPoint> feet(points.size());
+        ClosedCurve(surface.rows()[row].smooth().curve).closest(points, feet);
+        for (std::size_t i = 0; i < feet.size(); ++i)
+            off_[i] += weight * feet[i].foot;
+    }
+
+    std::vector<Vec2> off_;
+    double step_ = 0.0;
+    bool known_ = false;
+};
+
+/// The root of the mean square over a window of a closed sequence.
+std::vector<double> local_rms(const std::vector<double>& values) {
+    const std::size_t n = values.size();
+    const auto half = std::max<std::size_t>(2, static_cast<std::size_t>(window_share * static_cast<double>(n)));
+    std::vector<double> rms(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        double sum = 0.0;
+        for (std::size_t k = 0; k <= 2 * half; ++k) {
+            const double value = values[(i + n - half % n + k) % n];
+            sum += value * value;
+        }
+        rms[i] = std::sqrt(sum / static_cast<double>(2 * half + 1));
+    }
+    return rms;
+}
+
+/// Along two closed curves side by side: the point of `to` that is nearest to each of `from`, not far from that of the
+/// one before, so that a thin edge is not taken for its other side.
+std::vector<std::size_t> nearest_along(std::span<const Vec2> from, std::span<const Vec2> to) {
+    const std::size_t n = to.size();
+    const auto squared = [&](std::size_t j, const Vec2& p) { return (to[j % n] - p).squaredNorm(); };
+    std::size_t at = 0;
+    for (std::size_t j = 1; j < n; ++j)
+        if (squared(j, from[0]) < squared(at, from[0])) at = j;
+    std::vector<std::size_t> found;
+    for (const Vec2& p : from) {
+        const std::size_t first = at + n - std::min(looked_ahead, n);
+        std::size_t best = at;
+        for (std::size_t j = first; j <= first + 2 * looked_ahead; ++j)
+            if (squared(j, p) < squared(best, p)) best = j;
+        at = best % n;
+        found.push_back(at);
+    }
+    return found;
+}
+
+class SectionMover {
+  public:
+    SectionMover(const SurfaceCompensation& surface, std::size_t row, const SectionFit& flat,
+                 const SectionOptions& options)
+        : surface_(surface), row_(row), flat_(flat), options_(options), curve_(flat.centres.curve.curve) {}
+
+    core::Result<SurfaceSection> run() {
+        for (std::size_t k = 0; k < curve_.spans(); ++k)
+            own_.push_back(curve_.pieces()[k][0]);
+        if (auto status = look_up(); !status) return tl::unexpected(status.error());
+        fade();
+        return moved();
+    }
+
+  private:
+    /// At every break of the curve: where it belongs, and what the surface says.
+    core::Status look_up() {
+        const Surface& surface = surface_.centres()->surface;
+        const double z = surface_.rows()[row_].z_mm(), r = options_.ball_radius_mm;
+        const auto cut = cut_at_height(surface, -r, z, span_parameters(surface.u(), parts_of_a_span));
+        if (!cut) return tl::unexpected(cut.error());
+        std::vector<Vec2> wanted, level;
+        for (const CutPoint& p : cut->points) {
+            wanted.push_back(p.position.head<2>() + r * p.normal.head<2>().normalized());
+            level.push_back(surface.position({p.place.u, z}).head<2>());
+        }
+        const auto wanted_curve = ClosedCurve::through(wanted), level_curve = ClosedCurve::through(level);
+        if (!wanted_curve) return tl::unexpected(wanted_curve.error());
+        if (!level_curve) return tl::unexpected(level_curve.error());
+        const std::size_t n = own_.size();
+        std::vector<ClosestPoint> feet(n), level_feet(n);
+        wanted_curve->closest(own_, feet);
+        level_curve->closest(own_, level_feet);
+        std::vector<double> off(n);
+        for (std::size_t k = 0; k < n; ++k)
+            off[k] = level_feet[k].distance_mm;
+        const auto rms = local_rms(off);
+        const auto place = nearest_along(own_, wanted);
+        std::vector<double> u;
+        for (const std::size_t i : place)
+            u.push_back(cut->points[i].place.u);
+        const NeighbourForecast forecast(surface_, row_, u);
+        for (std::size_t k = 0; k < n; ++k) {
+            const double t = curve_.breaks()[k], noise = flat_.centres.curve.noise.sigma_mm(t);
+            const double explained =
+                std::clamp((own_sigmas * noise - rms[k]) / ((own_sigmas - explained_sigmas) * noise), 0.0, 1.0);
+            const CutPoint& p = cut->points[place[k]];
+            const Vec2 outward = p.normal.head<2>().normalized();
+            shift_.push_back(feet[k].foot - own_[k] + (1.0 - explained) * off[k] * outward);
+            stations_.push_back(station(t, p, explained * 2.0 * rms[k], forecast.slope_error(k, outward)));
+        }
+        return {};
+    }
+
+    SurfaceStation station(double t, const CutPoint& p, double doubt_mm, std::optional<double> slope_error) const {
+        SurfaceStation s;
+        s.t = t;
+        s.lean_rad = std::asin(std::clamp(p.normal.z(), -1.0, 1.0));
+        s.doubt_mm = doubt_mm;
+        const double r = options_.ball_radius_mm, lean = std::abs(s.lean_rad);
+        s.offset_error_mm = lean_error(r, lean).in_plane_mm;
+        s.lean_doubt_mm = s.offset_error_mm;
+        if (slope_error) s.lean_doubt_mm = lean_error(r, lean + *slope_error).in_plane_mm - s.offset_error_mm;
+        return s;
+    }
+
+    /// What stays as it is, and its surroundings.
+    void fade() {
+        std::vector<Vec2> still;
+        for (std::size_t i = 0; i < flat_.contour.size(); ++i)
+            if (!flat_.contour[i].reached) still.push_back(flat_.centre_curve[i].position_mm);
+        for (std::size_t k = 0; k < own_.size(); ++k) {
+            const SurfaceStation& s = stations_[k];
+            const double noise = 2.0 * flat_.centres.curve.noise.sigma_mm(s.t);
+            if (s.lean_doubt_mm > std::max(s.offset_error_mm, noise)) still.push_back(own_[k]);
+        }
+        if (still.empty()) return;
+        const double r = options_.ball_radius_mm;
+        for (std::size_t k = 0; k < own_.size(); ++k) {
+            double nearest = faded_radii * r;
+            for (const Vec2& p : still)
+                nearest = std::min(nearest, (p - own_[k]).norm());
+            const double x = std::clamp((nearest / r - still_radii) / (faded_radii - still_radii), 0.0, 1.0);
+            shift_[k] *= x * x * (3.0 - 2.0 * x);
+            stations_[k].moved = x == 1.0;
+            if (stations_[k].moved) continue;
+            stations_[k].offset_error_mm += std::exchange(stations_[k].lean_doubt_mm, 0.0);
+            stations_[k].doubt_mm = 0.0;
+        }
+    }
+
+    core::Result<SurfaceSection> moved() const {
+        const PiecewiseCubic shift = interpolate_periodic(shift_, curve_.breaks());
+        std::vector<PiecewiseCubic::Piece> pieces = curve_.pieces();
+        for (std::size_t k = 0; k < pieces.size(); ++k)
+            for (std::size_t j = 0; j < 4; ++j)
+                pieces[k][j] += shift.pieces()[k][j];
+        SmoothCurve smooth = flat_.centres.curve;
+        smooth.curve = PiecewiseCubic(curve_.breaks(), std::move(pieces), true);
+        std::vector<Vec2> points = flat_.centres.points;
+        for (std::size_t i = 0; i < points.size(); ++i)
+            points[i] += shift.jet(smooth.parameter[i]).position;
+
+        SurfaceSection result;
+        result.fit.closed = true;
+        result.fit.verdicts = flat_.verdicts;
+        result.fit.rejected = flat_.rejected;
+        result.fit.noise_sigma_mm = flat_.noise_sigma_mm;
+        SectionOptions options = options_;
+        options.le_hint = flat_.le_point_mm;
+        options.te_hint = flat_.te_point_mm;
+        options.lean_rad = 0.0;
+        if (auto status = build_contour(smooth, points, options, result.fit, stations_); !status)
+            return tl::unexpected(status.error());
+        result.fit.centres = flat_.centres;
+        std::size_t moved = 0;
+        for (const SurfaceStation& s : stations_) {
+            if (!s.moved) continue;
+            ++moved;
+            result.lean_doubt_mm = std::max(result.lean_doubt_mm, s.lean_doubt_mm);
+            result.offset_error_mm = std::max(result.offset_error_mm, s.offset_error_mm);
+        }
+        result.share = static_cast<double>(moved) / static_cast<double>(stations_.size());
+        return result;
+    }
+
+    const SurfaceCompensation& surface_;
+    std::size_t row_;
+    const SectionFit& flat_;
+    const SectionOptions& options_;
+    const PiecewiseCubic& curve_;  // of the section's ball centres
+    std::vector<Vec2> own_;        // at its breaks, like the next two
+    std::vector<Vec2> shift_;
+    std::vector<SurfaceStation> stations_;
+};
+
+}  // namespace
+
+core::Result<SurfaceSection> compensate_section(const SurfaceCompensation& surface, double z_mm, const SectionFit& flat,
+                                                const SectionOptions& options) {
+    const auto refuse = [](const char* why) { return core::fail(core::ErrorCode::fit_not_evaluable, why); };
+    const auto rows = surface.rows();
+    if (rows.size() < 2 || !surface.centres()) return refuse("compensation: no other section tells the lean");
+    const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& r) { return r.z_mm() == z_mm; });
+    if (row == rows.end() || flat.contour.empty())
+        return refuse("compensation: the section is not in the surface of ball centres");
+    return SectionMover(surface, static_cast<std::size_t>(row - rows.begin()), flat, options).run();
+}
+
+}  // namespace cmm::fitting

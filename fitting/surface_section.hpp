@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/error.hpp"
+#include "fitting/compensation.hpp"
+#include "fitting/section.hpp"
+
+namespace cmm::fitting {
+
+/// A section whose contour takes the lean of the surface into account.
+struct SurfaceSection {
+    SectionFit fit;
+    double share = 0.0;            ///< of the curve of ball centres that was moved; elsewhere the 2-D offset stands
+    double lean_doubt_mm = 0.0;    ///< there: largest error by what is not known of the lean
+    double offset_error_mm = 0.0;  ///< there: largest error that the 2-D offset would have
+};
+
+/// The contour in the section's plane from the surface of contacts (docs/theory.md, section 12). That surface's cut,
+/// one ball radius outwards in the plane, is the curve of which the contour is the plain 2-D offset: the section's own
+/// curve of ball centres is moved onto it, its points with it, and all that follows (edges, joins, loops, zones, sizes)
+/// is fit_section's. Where the section's centres are off the surface by more than their noise explains, they are moved
+/// by the compensation alone and keep what is theirs. In hollows that the ball bridges, and where the lean is not known
+/// well enough, the curve stays; beside them the movement fades over a ball's diameter.
+/// Uncertainty: that of the section's noise; in quadrature what the neighbours took from the section; added by how much
+/// the error of the 2-D offset changes when the lean grows by e/h: h distance of the next section (half of it where all
+/// others lie on one side), e distance of the section to the polynomial through the points of its (up to four) next
+/// sections, for an error of the lean is one of the slope. With two sections nothing is known of e, and the error of
+/// the 2-D offset stands for it. `flat` and `options` as fit_section had them. Errors: fit_not_evaluable (no row at
+/// this height, the plane misses the surface of contacts, the section's own).
+core::Result<SurfaceSection> compensate_section(const SurfaceCompensation& surface, double z_mm, const SectionFit& flat,
+                                                const SectionOptions& options);
+
+}  // namespace cmm::fitting

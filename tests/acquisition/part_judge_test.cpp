@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/part_judge.hpp"
+
+#include <algorithm>
+#include <deque>
+
+#include "tests/acquisition/session_fixture.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+using Method = Compensation::State;
+
+struct PartJudgeTest : ::testing::Test {
+    static std::string part_text(const std::string& heights, const std::string& fitting = "") {
+        std::string text = session_part_text() + fitting;
+        const std::string plain = "[20, 40]";
+        return text.replace(text.find(plain), plain.size(), heights);
+    }
+    struct Measured {
+        SessionPart job;
+        std::deque<SectionSetup> setups;
+        explicit Measured(const std::string& text) : job(text) {
+            for (std::size_t i = 0; i < job.plan.paths.size(); ++i)
+                setups.push_back(job.setup(i));
+        }
+        std::vector<RecordedPoint> points(std::size_t index) const {
+            std::vector<RecordedPoint> points;
+            for (const auto& planned : job.plan.paths[index].points) {
+                RecordedPoint point;
+                point.sequence = points.size() + 1;
+                point.centre_mm = planned.centre_mm;
+                points.push_back(point);
+            }
+            return points;
+        }
+    };
+};
+
+TEST_F(PartJudgeTest, ASectionIsFinalWhenTheOneAboveHasClosed) {
+    const Measured measured(part_text("[20, 30, 40]"));
+    PartJudge judge;
+    EXPECT_EQ(judge.finish(measured.setups[0], measured.points(0)).compensation.state, Method::provisional);
+    EXPECT_TRUE(judge.grow().empty());
+    judge.finish(measured.setups[1], measured.points(1));
+    for (std::size_t below : {0U, 1U}) {
+        const auto revised = judge.grow();
+        ASSERT_EQ(revised.size(), 1U);
+        EXPECT_EQ(revised[0]->index, below);
+        EXPECT_EQ(revised[0]->compensation.state, Method::final);
+        EXPECT_EQ(revised[0]->characteristics.size(), 8U);
+        if (below == 0) judge.finish(measured.setups[2], measured.points(2));
+    }
+    const auto all = judge.complete();
+    EXPECT_EQ(all.size(), 3U);
+    for (const auto* section : all) {
+        EXPECT_EQ(section->compensation.state, Method::final) << section->compensation.note;
+        EXPECT_GE(section->compensation.change_mm, 0.0);
+        EXPECT_GT(section->compensation.share, 0.5);
+    }
+}
+
+TEST_F(PartJudgeTest, TheEndDoesNotDependOnWhatWasJudgedBefore) {
+    const Measured measured(part_text("[20, 30, 40]"));
+    PartJudge live, late, shuffled;
+    for (const std::size_t i : {0U, 1U, 2U}) {
+        live.finish(measured.setups[i], measured.points(i));
+        live.grow();
+        late.finish(measured.setups[i], measured.points(i));
+    }
+    for (const std::size_t i : {1U, 2U, 0U}) {
+        shuffled.finish(measured.setups[i], measured.points(i));
+        shuffled.grow();
+    }
+    live.complete();
+    late.complete();
+    shuffled.complete();
+    const auto a = live.take(), b = late.take(), c = shuffled.take();
+    ASSERT_EQ(a.size(), 3U);
+    for (std::size_t i = 0; i < 3; ++i) {
+        ASSERT_EQ(a[i].fit->contour.size(), b[i].fit->contour.size());
+        ASSERT_EQ(a[i].fit->contour.size(), c[i].fit->contour.size());
+        EXPECT_EQ(a[i].deviation_mm, b[i].deviation_mm);
+        EXPECT_EQ(a[i].deviation_mm, c[i].deviation_mm);
+        for (std::size_t k = 0; k < a[i].fit->contour.size(); ++k) {
+            ASSERT_EQ(a[i].fit->contour[k].position_mm, b[i].fit->contour[k].position_mm);
+            ASSERT_EQ(a[i].fit->contour[k].u95_mm, b[i].fit->contour[k].u95_mm);
+            ASSERT_EQ(a[i].fit->contour[k].position_mm, c[i].fit->contour[k].position_mm);
+        }
+    }
+    EXPECT_TRUE(live.take().empty());
+}
+
+TEST_F(PartJudgeTest, WhatStaysFlatSaysWhy) {
+    const Measured asked(part_text("[20, 30, 40]", "[fitting]\ncompensation = \"2d\"\n"));
+    PartJudge judge;
+    for (std::size_t i = 0; i < 3; ++i)
+        judge.finish(asked.setups[i], asked.points(i));
+    EXPECT_TRUE(judge.complete().empty());
+    for (const auto& section : judge.take()) {
+        EXPECT_EQ(section.compensation.state, Method::flat);
+        EXPECT_EQ(section.compensation.note, "asked for");
+    }
+
+    const Measured alone(part_text("[20]"));
+    judge.finish(alone.setups[0], alone.points(0));
+    EXPECT_EQ(judge.complete().size(), 1U);
+    const auto only = judge.take();
+    EXPECT_EQ(only[0].compensation.state, Method::flat);
+    EXPECT_NE(only[0].compensation.note.find("no other section"), std::string::npos) << only[0].compensation.note;
+
+    // A section that is not evaluable does not hinder the others.
+    const Measured measured(part_text("[20, 30, 40]"));
+    for (std::size_t i = 0; i < 3; ++i) {
+        auto points = measured.points(i);
+        if (i == 1) points.resize(5);
+        judge.finish(measured.setups[i], std::move(points));
+        judge.grow();
+    }
+    EXPECT_EQ(judge.complete().size(), 2U);
+    const auto sections = judge.take();
+    EXPECT_EQ(sections[0].compensation.state, Method::final);
+    EXPECT_FALSE(sections[1].closed());
+    EXPECT_EQ(sections[1].compensation.state, Method::flat);
+    EXPECT_EQ(sections[2].compensation.state, Method::final);
+}
+
+/// One section elsewhere, at the height of another: it keeps its own contour.
+TEST_F(PartJudgeTest, ASectionThatDoesNotJoinKeepsIts2dContour) {
+    const Measured measured(part_text("[20, 30, 40]"));
+    PartJudge judge;
+    for (std::size_t i = 0; i < 3; ++i) {
+        auto points = measured.points(i);
+        if (i == 1)
+            for (auto& point : points)
+                point.centre_mm.x() += 300.0;
+        judge.finish(measured.setups[i], std::move(points));
+        const auto revised = judge.grow();
+        if (i == 1) {
+            ASSERT_EQ(revised.size(), 1U);
+            EXPECT_EQ(revised[0]->index, 1U);
+            EXPECT_EQ(revised[0]->compensation.state, Method::flat);
+        }
+    }
+    judge.complete();
+    const auto sections = judge.take();
+    EXPECT_EQ(sections[1].compensation.state, Method::flat);
+    EXPECT_NE(sections[1].compensation.note.find("does not continue"), std::string::npos);
+    EXPECT_EQ(sections[2].compensation.state, Method::final);
+}
+
+}  // namespace
+}  // namespace cmm::acquisition

@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Sections compensated by the surface of ball centres, against exact truth.
+#include "fitting/surface_section.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "support/twisted_blade.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+/// Sections of a twisted blade as fit_section gives them, and the surface through those that are wanted.
+struct MeasuredBlade {
+    families::TwistedBlade blade;
+    families::BladeRows rows;
+    SectionOptions options;
+    std::vector<SectionFit> flat;
+    SurfaceCompensation surface{1.0};
+
+    MeasuredBlade(families::Family family, std::size_t sections, double noise_mm, double from = 2, double to = -2)
+        : blade(family, 3) {
+        families::ScanOptions scanning;
+        scanning.sigma_mm = noise_mm;
+        scanning.bad_share = noise_mm > 0.0 ? 0.015 : 0.0;
+        rows = families::scan_rows(blade, sections, from, to > 0 ? to : blade.height() + to, scanning);
+        options.ball_radius_mm = 1.0;
+        for (std::size_t k = 0; k < sections; ++k) {
+            std::vector<Vec2> centres;
+            for (const auto& p : rows.rows[k])
+                centres.push_back(p.head<2>());
+            SectionOptions hinted = options;
+            hinted.le_hint = blade.outline(rows.heights[k]).le().nose;
+            hinted.te_hint = blade.outline(rows.heights[k]).te().nose;
+            auto fit = fit_section(centres, {}, hinted);
+            EXPECT_TRUE(fit) << fit.error().text();
+            EXPECT_TRUE(surface.add(fit->centres.curve, rows.heights[k], hinted.le_hint, hinted.te_hint));
+            flat.push_back(std::move(*fit));
+        }
+    }
+    core::Result<SurfaceSection> section(std::size_t k) const {
+        return compensate_section(surface, rows.heights[k], flat[k], options);
+    }
+};
+
+struct ContourErrors {
+    double rms_um = 0.0, largest_um = 0.0, outside = 0.0;  // share beyond U95
+};
+
+ContourErrors errors_of(const std::vector<ContourPoint>& contour, const families::TwistedBlade::Section& truth) {
+    ContourErrors errors;
+    double squares = 0.0;
+    for (const auto& p : contour) {
+        const double off = std::abs(truth.closest(p.position_mm).distance);
+        squares += off * off;
+        errors.largest_um = std::max(errors.largest_um, 1e3 * off);
+        errors.outside += off > p.u95_mm ? 1.0 : 0.0;
+    }
+    errors.rms_um = 1e3 * std::sqrt(squares / double(contour.size()));
+    errors.outside /= double(contour.size());
+    return errors;
+}
+
+TEST(SurfaceSection, ContoursAreFarNearerThanThe2dOffset) {
+    for (const auto family : families::all_families) {
+        const MeasuredBlade measured(family, 25, 1e-3);
+        for (const std::size_t k : {0U, 1U, 8U, 16U, 23U, 24U}) {
+            const auto section = measured.section(k);
+            ASSERT_TRUE(section) << section.error().text();
+            const auto truth = measured.blade.section(measured.rows.heights[k]);
+            const auto flat = errors_of(measured.flat[k].contour, truth),
+                       found = errors_of(section->fit.contour, truth);
+            const bool inside = k > 0 && k < 24;
+            SCOPED_TRACE(measured.blade.name() + " section " + std::to_string(k));
+            EXPECT_EQ(section->share, 1.0);
+            EXPECT_LT(found.rms_um, inside ? 0.45 : 0.7);
+            EXPECT_LT(found.largest_um, 3.0);
+            EXPECT_GT(flat.largest_um, 2.0 * found.largest_um);
+            EXPECT_LT(found.outside, 0.05);
+        }
+    }
+}
+
+TEST(SurfaceSection, EverythingIsOfTheNewContour) {
+    const MeasuredBlade measured(families::Family::fan, 13, 0.0);
+    const std::size_t k = 6;
+    const auto section = measured.section(k);
+    ASSERT_TRUE(section) << section.error().text();
+    const auto& fit = section->fit;
+    const auto truth = measured.blade.section(measured.rows.heights[k]);
+    const auto outline = measured.blade.outline(measured.rows.heights[k]);
+    EXPECT_LT(std::abs(truth.closest(fit.le_point_mm).distance), 1e-3);
+    EXPECT_LT(std::abs(truth.closest(fit.te_point_mm).distance), 1e-3);
+    EXPECT_NEAR(fit.chord_mm, (outline.te().nose - outline.le().nose).norm(), 0.02);
+    EXPECT_EQ(fit.contour.size(), measured.flat[k].contour.size());
+    EXPECT_EQ(fit.verdicts.size(), measured.flat[k].verdicts.size());
+    std::array<std::size_t, 4> zones{};
+    double steepest = 0.0;
+    for (const auto& p : fit.contour) {
+        ++zones[static_cast<std::size_t>(p.zone)];
+        ASSERT_TRUE(p.lean_rad);
+        EXPECT_EQ(p.offset_error_mm, 0.0);
+        const auto foot = truth.closest(p.position_mm);
+        const Vec3 normal = measured.blade.at(foot.t, measured.rows.heights[k]).normal();
+        EXPECT_NEAR(*p.lean_rad, std::asin(normal.z()), 0.02);
+        steepest = std::max(steepest, std::abs(*p.lean_rad));
+    }
+    EXPECT_GT(steepest, 0.1);
+    EXPECT_GT(*std::min_element(zones.begin(), zones.end()), 20U);
+    // The 2-D offset gives larger edges where they lean; the truth of the edge is the outline's radius.
+    EXPECT_LT(fit.max_thickness_mm, measured.flat[k].max_thickness_mm);
+}
+
+TEST(SurfaceSection, TwoSectionsKeepTheBoundOfThe2dOffset) {
+    const MeasuredBlade measured(families::Family::turbine, 2, 1e-3, 20, 24);
+    const auto section = measured.section(0);
+    ASSERT_TRUE(section) << section.error().text();
+    EXPECT_EQ(section->lean_doubt_mm, section->offset_error_mm);
+    EXPECT_LT(errors_of(section->fit.contour, measured.blade.section(measured.rows.heights[0])).outside, 0.05);
+}
+
+/// Far apart, the lean between sections is a guess: the uncertainty says it. Neighbouring points err alike, so a single
+/// section may have more of them outside.
+TEST(SurfaceSection, FewSectionsAreHonest) {
+    double outside = 0.0, judged = 0.0;
+    for (const auto family : families::all_families)
+        for (const std::size_t sections : {3U, 5U}) {
+            const MeasuredBlade measured(family, sections, 1e-3);
+            for (std::size_t k = 0; k < sections; ++k) {
+                const auto section = measured.section(k);
+                ASSERT_TRUE(section) << section.error().text();
+                const auto truth = measured.blade.section(measured.rows.heights[k]);
+                const auto flat = errors_of(measured.flat[k].contour, truth),
+                           found = errors_of(section->fit.contour, truth);
+                SCOPED_TRACE(measured.blade.name() + " section " + std::to_string(k) + " of " +
+                             std::to_string(sections));
+                EXPECT_LT(found.rms_um, sections == 3 ? flat.rms_um : 1.0);
+                EXPECT_LT(found.outside, 0.15);
+                outside += found.outside;
+                judged += 1.0;
+            }
+        }
+    EXPECT_LT(outside / judged, 0.05);
+}
+
+TEST(SurfaceSection, DegenerateInputHasAName) {
+    const MeasuredBlade measured(families::Family::compressor, 3, 1e-3, 10, 14);
+    EXPECT_FALSE(compensate_section(measured.surface, 11.0, measured.flat[0], measured.options)) << "no row there";
+    EXPECT_FALSE(compensate_section(SurfaceCompensation(1.0), 10.0, measured.flat[0], measured.options));
+    SurfaceCompensation lonely(1.0);
+    ASSERT_TRUE(lonely.add(measured.flat[0].centres.curve, 10.0));
+    EXPECT_FALSE(compensate_section(lonely, 10.0, measured.flat[0], measured.options));
+    EXPECT_FALSE(compensate_section(measured.surface, measured.rows.heights[0], SectionFit(), measured.options));
+}
+
+}  // namespace
+}  // namespace cmm::fitting
