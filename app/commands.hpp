@@ -79,6 +79,7 @@ int run_gate(const GateOptions& options);
 
 struct ExportOptions {
     std::string input, format, out;
+    bool surface = false;  ///< step: the surface alone, not a solid
     bool json = false;
 };
 int run_export(const ExportOptions& options);

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/part_body.hpp"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "cad/spline_body.hpp"
+#include "fitting/smoothing.hpp"
+#include "fitting/surface_fit.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+constexpr double triangle_deflection_mm = 5e-3;
+
+core::Result<fitting::SurfaceRow> surface_row(const SectionResult& section) {
+    std::vector<Eigen::Vector2d> points;
+    for (const auto& point : section.fit->contour)
+        points.push_back(point.position_mm);
+    auto curve = fitting::smooth_closed(points);
+    if (!curve) return tl::unexpected(curve.error());
+    return fitting::SurfaceRow::make(std::move(*curve), section.z_mm, 0.0, section.fit->le_point_mm,
+                                     section.fit->te_point_mm);
+}
+
+core::Result<cad::SplineNet> net_of(const PartResult& part) {
+    std::vector<const SectionResult*> upwards;
+    for (const auto& section : part.sections)
+        if (section.closed()) upwards.push_back(&section);
+    std::stable_sort(upwards.begin(), upwards.end(), [](auto* a, auto* b) { return a->z_mm < b->z_mm; });
+    std::vector<fitting::SurfaceRow> rows;
+    for (const auto* section : upwards) {
+        auto row = surface_row(*section);
+        if (!row) return tl::unexpected(std::move(row.error()).with_context("section " + section->name));
+        rows.push_back(std::move(*row));
+    }
+    const auto fit = fitting::fit_surface(rows);
+    if (!fit) return tl::unexpected(fit.error());
+    const fitting::Surface& surface = fit->surface;
+    cad::SplineNet net;
+    net.knots_u = surface.u().knots();
+    net.knots_v = surface.v().knots();
+    net.closed_u = true;
+    net.count_u = surface.u().controls();
+    for (std::size_t j = 0; j < surface.v().controls(); ++j)
+        for (std::size_t i = 0; i < net.count_u; ++i)
+            net.controls.push_back(surface.control(i, j));
+    return net;
+}
+
+}  // namespace
+
+core::Status export_step(const PartResult& part, PartBody body, const std::string& file) {
+    const auto net = net_of(part);
+    if (!net) return tl::unexpected(net.error());
+    cad::StepOptions options;
+    options.form = body == PartBody::solid ? cad::BodyForm::solid : cad::BodyForm::surface;
+    options.name = part.part_serial.empty() ? part.part_name : part.part_name + " " + part.part_serial;
+    return cad::write_step(*net, options, file);
+}
+
+core::Status export_stl(const PartResult& part, const std::string& file) {
+    const auto net = net_of(part);
+    if (!net) return tl::unexpected(net.error());
+    return cad::write_stl(*net, triangle_deflection_mm, file);
+}
+
+}  // namespace cmm::acquisition

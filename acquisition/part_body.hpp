@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+
+#include "acquisition/section_result.hpp"
+#include "core/error.hpp"
+
+/// The measured part as one body: the surface through the contours of all closed sections, from the lowest to the
+/// highest of them. Millimetres, part frame.
+namespace cmm::acquisition {
+
+enum class PartBody {
+    surface,  ///< open at both ends
+    solid,    ///< capped flat in the planes of the lowest and the highest section
+};
+
+/// A STEP file (AP242) with the B-spline surface itself. Errors: fit_not_evaluable (fewer than 2 closed sections, some
+/// that do not continue each other, a body that Open CASCADE's checker does not call valid), journal_io, config_invalid
+/// (built without Open CASCADE).
+core::Status export_step(const PartResult& part, PartBody body, const std::string& file);
+
+/// A binary STL file: triangles within 5 um of the solid. Errors: as above.
+core::Status export_stl(const PartResult& part, const std::string& file);
+
+}  // namespace cmm::acquisition

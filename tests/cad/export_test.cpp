@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: Apache-2.0
+// A measured blade as a STEP solid and as STL, by the command line, against the formulas of its shape.
+#include <gtest/gtest.h>
+
+#include <BRepCheck_Analyzer.hxx>
+#include <BRepGProp.hxx>
+#include <BRep_Tool.hxx>
+#include <GProp_GProps.hxx>
+#include <STEPControl_Reader.hxx>
+#include <TopExp_Explorer.hxx>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "acquisition/nominal.hpp"
+#include "acquisition/part_file.hpp"
+#include "cad/step_part.hpp"
+#include "tests/support/outputs.hpp"
+#include "tests/support/process.hpp"
+
+namespace cmm::test {
+namespace {
+
+constexpr double low_mm = 10.0, high_mm = 34.0, te_radius_mm = 0.1;
+
+void write_blade(const std::string& file) {
+    std::ofstream(file) << R"([part]
+name = "body"
+[nominal]
+kind = "parametric"
+[nominal.blade]
+chord_root_mm = 30.0
+chord_tip_mm = 30.0
+thickness_root_mm = 3.6
+thickness_tip_mm = 3.2
+camber_deg = 25.0
+stagger_root_deg = 20.0
+stagger_tip_deg = 32.0
+le_radius_mm = 0.4
+te_radius_mm = 0.1
+lean_x_deg = 1.0
+lean_y_deg = 2.0
+z_root_mm = 0.0
+z_tip_mm = 60.0
+[stylus]
+radius_mm = 1.0
+shank_radius_mm = 0.7
+length_mm = 50.0
+[scan]
+from_mm = 10.0
+to_mm = 34.0
+count = 9
+pitch_mm = 0.3
+edge_density = 8.0
+max_speed_mm_s = 40.0
+[actual]
+kind = "nominal"
+noise_um = 0.0
+bad_points_percent = 0.0
+)";
+}
+
+/// Of the formulas: areas of dense outlines (their chords err by 1e-7), over the height by Gauss's rule.
+double true_volume_mm3(const std::string& part_file) {
+    const auto part = acquisition::load_part_file(part_file).value();
+    const auto nominal = acquisition::load_nominal(part.nominal).value();
+    const double nodes[] = {-0.7745966692414834, 0.0, 0.7745966692414834}, weights[] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
+    constexpr int slices = 4;
+    double volume = 0.0;
+    for (int slice = 0; slice < slices; ++slice)
+        for (int k = 0; k < 3; ++k) {
+            const double half = 0.5 * (high_mm - low_mm) / slices;
+            const double z = low_mm + half * (2 * slice + 1 + nodes[k]);
+            volume += weights[k] * half * std::abs(signed_area(nominal->cut(z).value().points));
+        }
+    return volume;
+}
+
+TopoDS_Shape shape_of(const std::string& file) {
+    STEPControl_Reader reader;
+    EXPECT_EQ(reader.ReadFile(file.c_str()), IFSelect_RetDone);
+    reader.TransferRoots();
+    return reader.OneShape();
+}
+
+int count_of(const TopoDS_Shape& shape, TopAbs_ShapeEnum kind) {
+    int count = 0;
+    for (TopExp_Explorer at(shape, kind); at.More(); at.Next())
+        ++count;
+    return count;
+}
+
+struct ExportBody : testing::Test {
+    TemporaryFolder folder;
+    void SetUp() override {
+        write_blade(folder / "part.toml");
+        const auto demo =
+            run({cmmlive(), "demo", "--part", folder / "part.toml", "--speed", "0", "--out", folder / "run"});
+        ASSERT_EQ(demo.exit_code, 0) << demo.err;
+    }
+    Finished exported(const std::string& format, const std::string& name, const std::vector<std::string>& more = {}) {
+        std::vector<std::string> command{cmmlive(), "export", folder / "run", "--format",
+                                         format,    "--out",  folder / name};
+        command.insert(command.end(), more.begin(), more.end());
+        return run(command);
+    }
+};
+
+TEST_F(ExportBody, TheSolidIsValidClosedAndHasTheVolumeOfTheBlade) {
+    const auto done = exported("step", "body.step");
+    ASSERT_EQ(done.exit_code, 0) << done.err;
+    const TopoDS_Shape shape = shape_of(folder / "body.step");
+    EXPECT_TRUE(BRepCheck_Analyzer(shape).IsValid());
+    EXPECT_EQ(count_of(shape, TopAbs_SOLID), 1);
+    ASSERT_EQ(count_of(shape, TopAbs_SHELL), 1);
+    EXPECT_TRUE(BRep_Tool::IsClosed(TopExp_Explorer(shape, TopAbs_SHELL).Current()));
+    GProp_GProps properties;
+    BRepGProp::VolumeProperties(shape, properties, 1e-7);
+    const double truth = true_volume_mm3(folder / "part.toml");
+    EXPECT_NEAR(properties.Mass() / truth, 1.0, 1e-5) << truth;
+}
+
+/// Points of the body's trailing edge turn about a centre at its radius.
+TEST_F(ExportBody, TheTrailingEdgeSurvives) {
+    ASSERT_EQ(exported("step", "body.step").exit_code, 0);
+    const auto body = cad::read_step(folder / "body.step", "", 2);
+    ASSERT_TRUE(body) << body.error().text();
+    const auto part = acquisition::load_part_file(folder / "part.toml").value();
+    const auto nominal = acquisition::load_nominal(part.nominal).value();
+    for (const double z : {13.0, 22.0, 31.5}) {
+        const auto curve = (*body)->cut(z);
+        ASSERT_TRUE(curve) << curve.error().text();
+        const auto truth = nominal->cut(z).value().points;
+        double worst = 0.0;
+        for (int k = 0; k < 4000; ++k)
+            worst =
+                std::max(worst, distance_to_polyline((*curve)->at((*curve)->period() * k / 4000.0).position_mm, truth));
+        EXPECT_LT(worst, 0.02 * te_radius_mm) << z;
+    }
+}
+
+TEST_F(ExportBody, SurfaceAndTriangles) {
+    const auto surface = exported("step", "surface.step", {"--surface"});
+    ASSERT_EQ(surface.exit_code, 0) << surface.err;
+    const TopoDS_Shape shape = shape_of(folder / "surface.step");
+    EXPECT_EQ(count_of(shape, TopAbs_SOLID), 0);
+    EXPECT_EQ(count_of(shape, TopAbs_FACE), 1);
+    const auto triangles = exported("stl", "body.stl");
+    ASSERT_EQ(triangles.exit_code, 0) << triangles.err;
+    EXPECT_GT(std::filesystem::file_size(folder / "body.stl"), 84U + 50U * 100U);
+    const auto wrong = exported("stl", "wrong.stl", {"--surface"});
+    EXPECT_EQ(wrong.exit_code, 3);
+    EXPECT_NE(wrong.err.find("--surface"), std::string::npos) << wrong.err;
+}
+
+TEST_F(ExportBody, OneSectionIsNoBody) {
+    std::ifstream in(folder / "part.toml");
+    std::string text(std::istreambuf_iterator<char>(in), {});
+    text.replace(text.find("count = 9"), 9, "count = 1");
+    text.replace(text.find("to_mm = 34.0"), 12, "to_mm = 10.0");
+    std::ofstream(folder / "one.toml") << text;
+    ASSERT_EQ(
+        run({cmmlive(), "demo", "--part", folder / "one.toml", "--speed", "0", "--out", folder / "one"}).exit_code, 0);
+    const auto done = run({cmmlive(), "export", folder / "one", "--format", "step", "--out", folder / "one.step"});
+    EXPECT_NE(done.exit_code, 0);
+    EXPECT_NE(done.err.find("2 rows"), std::string::npos) << done.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "one.step"));
+}
+
+}  // namespace
+}  // namespace cmm::test
