@@ -44,6 +44,7 @@ core::Result<std::unique_ptr<RunReview>> RunReview::open(const std::string& run_
 void RunReview::choose(OperatorChoice choice) {
     choice_ = std::move(choice);
     judged_.clear();
+    results_.clear();
 }
 
 /// The plan's where the part file has it, else the mean of the points.
@@ -65,13 +66,14 @@ core::Result<const SectionSetup*> RunReview::setup(std::size_t index) {
     return &setups_.emplace(index, std::move(*made)).first->second;
 }
 
-core::Result<const SectionResult*> RunReview::result_at(std::size_t place) {
+core::Status RunReview::judge_all() {
     const auto& sections = recorded_.all();
-    for (std::size_t i = 0; i <= place; ++i) {
+    for (std::size_t i = 0; i < sections.size(); ++i) {
         const bool known = i < judged_.size() && judged_[i].result.index == sections[i].index &&
                            judged_[i].points == sections[i].points.size();
         if (known) continue;
         judged_.resize(i);  // without a nominal the edges of later sections follow those of earlier ones
+        results_.clear();
         const auto of_section = setup(sections[i].index);
         if (!of_section) return tl::unexpected(of_section.error());
         auto points = sections[i].points;
@@ -82,10 +84,25 @@ core::Result<const SectionResult*> RunReview::result_at(std::size_t place) {
         judged.result = judged.judge.finish(**of_section, std::move(points));
         judged_.push_back(std::move(judged));
     }
-    return &judged_[place].result;
+    if (results_.size() == sections.size()) return {};
+    PartJudge judge;
+    for (const auto& judged : judged_)
+        judge.take_over(setups_.at(judged.result.index), judged.result);
+    judge.complete();
+    results_ = judge.take();
+    return {};
+}
+
+core::Result<const SectionResult*> RunReview::result_at(std::size_t place) {
+    if (auto status = judge_all(); !status) return tl::unexpected(status.error());
+    const auto found = std::find_if(results_.begin(), results_.end(), [&](const SectionResult& result) {
+        return result.index == recorded_.all()[place].index;
+    });
+    return &*found;
 }
 
 core::Result<PartResult> RunReview::result() {
+    if (auto status = judge_all(); !status) return tl::unexpected(status.error());
     const auto& header = journal_->header();
     PartResult result;
     result.part_name = part_.name;
@@ -97,16 +114,9 @@ core::Result<PartResult> RunReview::result() {
     result.ball_radius_mm = header.ball_radius_mm;
     result.has_nominal = has_nominal();
     const auto& sections = recorded_.all();
-    result.complete = sections.size() == part_.scan.heights_mm.size();
-    PartJudge judge;
-    for (std::size_t i = 0; i < sections.size(); ++i) {
-        const auto judged = result_at(i);
-        if (!judged) return tl::unexpected(judged.error());
-        result.complete = result.complete && sections[i].finished;
-        judge.take_over(setups_.at(sections[i].index), **judged);
-    }
-    judge.complete();
-    result.sections = judge.take();
+    result.complete = sections.size() == part_.scan.heights_mm.size() &&
+                      std::all_of(sections.begin(), sections.end(), [](const auto& one) { return one.finished; });
+    result.sections = results_;
     if (auto status = choice_.all_found(); !status) return tl::unexpected(status.error());
     return result;
 }

@@ -38,7 +38,8 @@ class RunReview {
     const RecordedSections& recorded() const { return recorded_; }
     /// Of the section with this index, which need not be recorded. Errors: those of make_section_setup.
     core::Result<const SectionSetup*> setup(std::size_t index);
-    /// The section at this place of recorded().all(), judged. Errors: those of make_section_setup.
+    /// The section at this place of recorded().all(), judged, as far as its neighbours are there by the surface through
+    /// all of them. Errors: those of make_section_setup.
     core::Result<const SectionResult*> result_at(std::size_t place);
     /// All recorded sections. Errors also: usage (a decision about a point that never came).
     core::Result<PartResult> result();
@@ -49,6 +50,7 @@ class RunReview {
         SectionResult result;
         SectionJudge judge;  // as it was left
     };
+    core::Status judge_all();
     RunReview(std::unique_ptr<Journal> journal, PartFile part, std::shared_ptr<const Nominal> nominal);
     double height_mm(std::size_t index) const;
 
@@ -58,7 +60,8 @@ class RunReview {
     OperatorChoice choice_;
     RecordedSections recorded_;
     std::map<std::size_t, SectionSetup> setups_;
-    std::vector<Judged> judged_;  // the first sections, in order
+    std::vector<Judged> judged_;          // each by itself, in order
+    std::vector<SectionResult> results_;  // as the sections beside them say; empty: to be made
 };
 
 }  // namespace cmm::acquisition

@@ -136,6 +136,10 @@ export class Run {
           if (section !== undefined && !this.final.has(section)) void this.loadSection(section);
           all = true;
           break;
+        case 'SectionRevised':
+          if (section !== undefined) void this.loadSection(section);
+          all = true;
+          break;
         case 'GateDecision':
           if (event.while_measuring && section !== undefined) { this.doomed.add(section); all = true; }
           break;
