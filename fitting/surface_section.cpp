@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "fitting/closed_curve.hpp"
@@ -49,11 +50,10 @@ class NeighbourForecast {
         }
     }
 
-    /// Of the slope of the column at place i, across the unit normal in the plane, as an angle; none with a single
-    /// neighbour.
-    std::optional<double> slope_error(std::size_t i, const Vec2& outward) const {
-        if (!known_) return std::nullopt;
-        return std::abs(off_[i].dot(outward)) / step_;
+    /// Of the slope of the column at place i, across the unit normal in the plane, as an angle; infinite (nothing is
+    /// known) with a single neighbour.
+    double slope_error(std::size_t i, const Vec2& outward) const {
+        return known_ ? std::abs(off_[i].dot(outward)) / step_ : std::numeric_limits<double>::infinity();
     }
 
   private:
@@ -163,7 +163,7 @@ class SectionMover {
         return {};
     }
 
-    SurfaceStation station(double t, const CutPoint& p, double doubt_mm, std::optional<double> slope_error) const {
+    SurfaceStation station(double t, const CutPoint& p, double doubt_mm, double slope_error) const {
         SurfaceStation s;
         s.t = t;
         s.lean_rad = std::asin(std::clamp(p.normal.z(), -1.0, 1.0));
@@ -171,7 +171,8 @@ class SectionMover {
         const double r = options_.ball_radius_mm, lean = std::abs(s.lean_rad);
         s.offset_error_mm = lean_error(r, lean).in_plane_mm;
         s.lean_doubt_mm = s.offset_error_mm;
-        if (slope_error) s.lean_doubt_mm = lean_error(r, lean + *slope_error).in_plane_mm - s.offset_error_mm;
+        if (std::isfinite(slope_error))
+            s.lean_doubt_mm = lean_error(r, lean + slope_error).in_plane_mm - s.offset_error_mm;
         return s;
     }
 
