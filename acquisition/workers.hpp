@@ -31,7 +31,12 @@ class Workers {
     Workers(const Workers&) = delete;
     Workers& operator=(const Workers&) = delete;
 
-    void post(std::function<void()> work) { boost::asio::post(short_, std::move(work)); }
+    void post(std::function<void()> work) {
+        boost::asio::post(short_, [work = std::move(work)] {
+            step_back();
+            work();
+        });
+    }
 
     /// What `work` returns (default constructible), without holding up the executor of the coroutine that awaits it.
     template <class Work>
@@ -45,6 +50,9 @@ class Workers {
     }
 
   private:
+    /// The loops that talk to the machines come first where all want the processor.
+    static void step_back() noexcept;
+
     // Not by co_spawn: what never suspends is put back there behind all that waits before its answer goes out.
     template <class Work>
     static boost::asio::awaitable<std::invoke_result_t<Work&>> on(boost::asio::thread_pool& pool, Work work) {
@@ -53,6 +61,7 @@ class Workers {
             const auto executor = boost::asio::get_associated_executor(handler);
             auto task = [what = std::move(what), handler = std::move(handler),
                          awaited = boost::asio::make_work_guard(executor)]() mutable {
+                step_back();
                 std::exception_ptr thrown;
                 Answer answer{};
                 try {
