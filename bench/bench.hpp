@@ -38,6 +38,12 @@ void bench_offsets();
 /// The kernel beside FITPACK, Open CASCADE and SISL, as far as they are here, on the same data: times and errors.
 void bench_peers();
 
+/// A surface through 100 and 566 rows of unequal length: times, errors, memory, Newton steps with and without the warm
+/// start; closest points on it; beside FITPACK, Open CASCADE and SISL, as far as they are here.
+void bench_surface();
+/// Blades of three families compensated by the surface of ball centres: errors and milliseconds a section.
+void bench_compensation();
+
 /// Samples a second over Modbus TCP on near and distant links; points a second and share of the capacity of a serial
 /// line with Modbus RTU and the line protocol.
 void bench_links(const std::string& config_folder);

@@ -3,11 +3,9 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <functional>
-#include <map>
-#include <sstream>
 
 #include "bench/bench.hpp"
+#include "bench/peer_table.hpp"
 #include "bench/peers/problem.hpp"
 #include "core/rng.hpp"
 #include "fitting/bspline_pieces.hpp"
@@ -26,7 +24,6 @@ namespace fs = std::filesystem;
 
 constexpr double sigma_mm = 1e-3;
 constexpr std::size_t fit_points = 1000, fixed_spans = 80, curve_spans = 120, query_points = 100'000;
-constexpr double nanometre = 1e-6;
 
 /// Points of a closed curve by cumulative chords, and breaks on every n-th of them.
 struct Columns {
@@ -99,87 +96,6 @@ void write_problem(const Problem& problem, const std::string& folder) {
         peers::write(folder + "/queries." + orders[k], flat(problem.queries[k]), 2);
 }
 
-struct Peer {
-    std::string name, version;
-    std::map<std::string, peers::Times> times;
-};
-
-Peer run_peer(const std::string& name, const std::string& command) {
-    Peer peer{name, {}, {}};
-    std::FILE* pipe = ::popen((command + " 2>/dev/null").c_str(), "r");
-    if (pipe == nullptr) return peer;
-    std::array<char, 256> buffer{};
-    while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) {
-        std::istringstream line(buffer.data());
-        std::string task;
-        line >> task;
-        if (task == "version") std::getline(line >> std::ws, peer.version);
-        peers::Times t;
-        if (line >> t.low >> t.median >> t.high) peer.times[task] = t;
-    }
-    ::pclose(pipe);
-    return peer;
-}
-
-std::vector<Peer> run_peers(const std::string& folder) {
-    const fs::path here = fs::read_symlink("/proc/self/exe").parent_path();
-    const fs::path script = here / "../../bench/peers/fitpack.py",
-                   unpacked = here / "../peers/usr/lib/python3/dist-packages";
-    std::vector<Peer> found;
-    const auto take = [&](const std::string& name, const std::string& command, const std::string& how) {
-        found.push_back(run_peer(name, command + " " + folder));
-        if (found.back().times.empty()) {
-            std::printf("%s: skipped, %s is not here\n", name.c_str(), how.c_str());
-            found.pop_back();
-        } else {
-            std::printf("%s: %s\n", name.c_str(), found.back().version.c_str());
-        }
-    };
-    take("fitpack", "PYTHONPATH=" + unpacked.string() + " /usr/bin/python3 " + script.string(), "python3-scipy");
-    take("occt", (here / "cmmlive_bench_occt").string(), "libocct-modeling-algorithms-dev, -data-dev");
-    take("sisl", (here / "cmmlive_bench_sisl").string(), "libsisl-dev");
-    return found;
-}
-
-/// One task: our own time and quality, then every peer's that has done it, with its time as a multiple of ours.
-class Table {
-  public:
-    Table(const std::vector<Peer>& all, std::string folder) : peers_(all), folder_(std::move(folder)) {}
-
-    void task(const std::string& title, const std::string& name, const peers::Times& ours, const std::string& quality,
-              const std::string& target, const std::function<std::string(const std::vector<double>&)>& judge) const {
-        row(title, ours, target + "; " + quality);
-        for (const Peer& peer : peers_)
-            for (const auto& [done, times] : peer.times) {
-                if (done.rfind(name, 0) != 0) continue;
-                std::array<char, 32> ratio{};
-                std::snprintf(ratio.data(), ratio.size(), "%.1f x; ", times.median / ours.median);
-                row("  " + peer.name + " " + done, times,
-                    ratio.data() + judge(peers::numbers(folder_ + "/" + peer.name + "." + done)));
-            }
-    }
-
-  private:
-    static void row(const std::string& what, const peers::Times& t, const std::string& note) {
-        print(what, {t.low, t.median, t.high}, "ms CPU", note);
-    }
-    const std::vector<Peer>& peers_;
-    std::string folder_;
-};
-
-std::string rms_and_max(const std::vector<double>& errors_mm) {
-    double squares = 0.0, worst = 0.0;
-    for (const double e : errors_mm) {
-        squares += e * e;
-        worst = std::max(worst, std::abs(e));
-    }
-    std::array<char, 64> text{};
-    std::snprintf(text.data(), text.size(), "rms %.3f, max %.2f um",
-                  1e3 * std::sqrt(squares / static_cast<double>(std::max<std::size_t>(1, errors_mm.size()))),
-                  1e3 * worst);
-    return text.data();
-}
-
 std::vector<double> places(const fitting::PiecewiseCubic& curve) {
     std::vector<double> xy;
     for (int i = 0; i < peers::judged_points; ++i) {
@@ -189,7 +105,7 @@ std::vector<double> places(const fitting::PiecewiseCubic& curve) {
     return xy;
 }
 
-void bench_fits(const Problem& problem, const Table& table) {
+void bench_fits(const Problem& problem, const PeerTable& table) {
     const auto judge = [&](const std::vector<double>& xy) {
         std::vector<double> errors;
         std::size_t near = 0;
@@ -210,28 +126,22 @@ void bench_fits(const Problem& problem, const Table& table) {
     table.task("least squares, 1000 points, 80 controls", "fixed_knots", fixed, judge(places(curve)), "0.03 ms", judge);
 }
 
-void bench_closest(const Problem& problem, const Table& table) {
+void bench_closest(const Problem& problem, const PeerTable& table) {
     const fitting::ClosedCurve curve(problem.curve);
     constexpr std::array<const char*, 2> targets{"20 ms", "40 ms"};
     for (std::size_t k = 0; k < orders.size(); ++k) {
         std::vector<fitting::ClosestPoint> feet(query_points);
         const auto ours = peers::time_ms(11, [&] { curve.closest(problem.queries[k], feet); });
+        std::vector<double> distances;
+        for (const fitting::ClosestPoint& foot : feet)
+            distances.push_back(std::abs(foot.distance_mm));
         table.task("closest of 100 000 points, 120 controls, " + std::string(orders[k]),
                    "closest_" + std::string(orders[k]), ours, "certified", targets[k],
-                   [&](const std::vector<double>& distances) {
-                       std::size_t wrong = 0, ours_wrong = 0;
-                       for (std::size_t i = 0; i < distances.size(); ++i) {
-                           const double difference = distances[i] - std::abs(feet[i].distance_mm);
-                           wrong += difference > nanometre;
-                           ours_wrong += difference < -nanometre;
-                       }
-                       return std::to_string(wrong) + " of " + std::to_string(distances.size()) +
-                              " farther than ours by 1 nm, " + std::to_string(ours_wrong) + " nearer";
-                   });
+                   [&](const std::vector<double>& theirs) { return farther_and_nearer(theirs, distances); });
     }
 }
 
-void bench_offset(const Problem& problem, const Table& table) {
+void bench_offset(const Problem& problem, const PeerTable& table) {
     const fitting::ClosedCurve curve(problem.curve);
     const auto judge = [&](const std::vector<double>& xy) {
         std::vector<double> errors;
@@ -259,8 +169,8 @@ void bench_peers() {
     fs::create_directories(folder);
     const Problem problem;
     write_problem(problem, folder.string());
-    const std::vector<Peer> found = run_peers(folder.string());
-    const Table table(found, folder.string());
+    const std::vector<Peer> found = run_peers(folder.string(), "fitpack.py", "");
+    const PeerTable table(found, folder.string());
     bench_fits(problem, table);
     bench_closest(problem, table);
     bench_offset(problem, table);

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <vector>
@@ -51,20 +52,21 @@ class SurfaceIndex {
   private:
     static constexpr std::size_t group_size = 8;
     struct Group {
-        Eigen::Array<double, 8, 1> low[3], high[3];
+        Eigen::Array<double, group_size, 1> low[3], high[3];
     };
     struct Undecided {
         double least;
         PatchBounds patch;
     };
+    static constexpr double nothing_yet = std::numeric_limits<double>::infinity();
     struct Best {
         SurfaceFoot foot;
-        double distance;
-        bool stationary;  // the foot is a minimum of its own, not the end of a patch
-        SearchCost cost;
-        std::vector<Undecided> undecided;  // a heap, the nearest first
+        double distance = nothing_yet;
+        double limit = nothing_yet, limit_squared = nothing_yet;  // what is not nearer than this does not matter
+        bool stationary = false;  // the foot is a minimum of its own, not the end of a patch
+        SearchCost cost = {};
+        std::vector<Undecided> undecided = {};  // a heap, the nearest first
         void take(const SurfaceFoot& found, bool minimum);
-        double limit() const;  ///< what is not nearer than this does not matter
     };
     void add_patches(const PatchDomain& domain, int depth);
     void build_tree();

@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/compensation.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <vector>
+
+#include "bench/bench.hpp"
+#include "bench/peer_table.hpp"
+#include "fitting/offset.hpp"
+#include "support/twisted_blade.hpp"
+
+namespace cmm::bench {
+namespace {
+
+using namespace fitting;
+
+constexpr std::size_t sections = 25;
+
+struct Errors {
+    std::vector<double> sides, edges, flat;
+};
+
+Errors errors_of(const families::TwistedBlade& blade, const SurfaceCompensation& compensation) {
+    Errors errors;
+    for (const SurfaceRow& row : compensation.rows()) {
+        const auto truth = blade.section(row.z_mm());
+        const ContactContour contour = compensation.contour(row.z_mm()).value();
+        for (const ContactPoint& p : contour.points) {
+            const families::Foot foot = truth.closest(p.position_mm.head<2>());
+            const auto part = families::Blade::part_of(foot.t);
+            const bool edge = part == families::Part::le || part == families::Part::te;
+            (edge ? errors.edges : errors.sides).push_back(foot.distance);
+        }
+        for (const auto& p : offset_inwards(row.smooth().curve, 1.0, 400).points)
+            errors.flat.push_back(truth.closest(p.position).distance);
+    }
+    return errors;
+}
+
+/// 25 sections of 600 points, ball 1 mm.
+void bench_blade(const families::TwistedBlade& blade, bool noisy) {
+    families::ScanOptions scanning;
+    scanning.sigma_mm = noisy ? 1e-3 : 0.0;
+    scanning.bad_share = noisy ? 0.015 : 0.0;
+    const auto rows = families::scan_rows(blade, sections, 2, blade.height() - 2, scanning);
+    SurfaceCompensation compensation(1.0);
+    double change = 0.0;
+    std::vector<double> times;
+    for (std::size_t k = 0; k < sections; ++k) {
+        std::vector<Vec2> centres;
+        for (const Vec3& p : rows.rows[k])
+            centres.push_back(p.head<2>());
+        SectionOptions options;
+        options.le_hint = blade.outline(rows.heights[k]).le().nose;
+        options.te_hint = blade.outline(rows.heights[k]).te().nose;
+        bool taken = false;
+        times.push_back(
+            peers::time_ms(1, [&] { taken = compensation.add(centres, rows.heights[k], options).has_value(); }).median);
+        if (!taken) {
+            std::printf("%s: section %zu refused\n", blade.name().c_str(), k);
+            return;
+        }
+        if (k < 4) continue;
+        if (const auto contour = compensation.contour(rows.heights[k - 1]))
+            change = std::max(change, contour->change_mm);
+    }
+    const Errors errors = errors_of(blade, compensation);
+    std::sort(times.begin(), times.end());
+    print_ms(blade.name() + (noisy ? "" : " without noise") + ": a section into the surface",
+             {times.front(), times[sections / 2], times.back()}, "30 ms");
+    std::printf("  sides %s; edges %s; 2-D offset %s; provisional to final %.1f um\n",
+                rms_and_max(errors.sides).c_str(), rms_and_max(errors.edges).c_str(), rms_and_max(errors.flat).c_str(),
+                1e3 * change);
+}
+
+}  // namespace
+
+void bench_compensation() {
+    for (const auto family : families::all_families)
+        for (const bool noisy : {true, false})
+            bench_blade(families::TwistedBlade(family, 1), noisy);
+}
+
+}  // namespace cmm::bench
