@@ -176,29 +176,32 @@ class SectionMover {
         return s;
     }
 
-    /// What stays as it is, and its surroundings.
+    /// What stays as it is, and its surroundings; what is moved by a part.
     void fade() {
         std::vector<Vec2> still;
         for (std::size_t i = 0; i < flat_.contour.size(); ++i)
             if (!flat_.contour[i].reached) still.push_back(flat_.centre_curve[i].position_mm);
-        for (std::size_t k = 0; k < own_.size(); ++k) {
-            const SurfaceStation& s = stations_[k];
-            const double noise = 2.0 * flat_.centres.curve.noise.sigma_mm(s.t);
-            if (s.lean_doubt_mm > std::max(s.offset_error_mm, noise)) still.push_back(own_[k]);
-        }
-        if (still.empty()) return;
         const double r = options_.ball_radius_mm;
         for (std::size_t k = 0; k < own_.size(); ++k) {
             double nearest = faded_radii * r;
             for (const Vec2& p : still)
                 nearest = std::min(nearest, (p - own_[k]).norm());
             const double x = std::clamp((nearest / r - still_radii) / (faded_radii - still_radii), 0.0, 1.0);
-            shift_[k] *= x * x * (3.0 - 2.0 * x);
-            stations_[k].moved = x == 1.0;
+            const double share = x * x * (3.0 - 2.0 * x) * trust(stations_[k]);
+            shift_[k] *= share;
+            stations_[k].moved = share == 1.0;
             if (stations_[k].moved) continue;
+            stations_[k].offset_error_mm *= 1.0 - share;
             stations_[k].offset_error_mm += std::exchange(stations_[k].lean_doubt_mm, 0.0);
             stations_[k].doubt_mm = 0.0;
         }
+    }
+
+    /// In the lean: whole where it is known better than the 2-D offset errs, or than the noise tells; none from twice
+    /// that on.
+    double trust(const SurfaceStation& s) const {
+        const double noise = 2.0 * flat_.centres.curve.noise.sigma_mm(s.t);
+        return std::clamp(2.0 - s.lean_doubt_mm / std::max(s.offset_error_mm, noise), 0.0, 1.0);
     }
 
     core::Result<SurfaceSection> moved() const {

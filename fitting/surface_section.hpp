@@ -19,8 +19,9 @@ struct SurfaceSection {
 /// one ball radius outwards in the plane, is the curve of which the contour is the plain 2-D offset: the section's own
 /// curve of ball centres is moved onto it, its points with it, and all that follows (edges, joins, loops, zones, sizes)
 /// is fit_section's. Where the section's centres are off the surface by more than their noise explains, they are moved
-/// by the compensation alone and keep what is theirs. In hollows that the ball bridges, and where the lean is not known
-/// well enough, the curve stays; beside them the movement fades over a ball's diameter.
+/// by the compensation alone and keep what is theirs. In hollows that the ball bridges the curve stays, and beside them
+/// the movement fades over a ball's diameter; it is smaller where the lean is known less well than the 2-D offset errs,
+/// and none from twice that on.
 /// Uncertainty: that of the section's noise; in quadrature what the neighbours took from the section; added by how much
 /// the error of the 2-D offset changes when the lean grows by e/h: h distance of the next section (half of it where all
 /// others lie on one side), e distance of the section to the polynomial through the points of its (up to four) next
