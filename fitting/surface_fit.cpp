@@ -22,6 +22,8 @@ using core::ErrorCode;
 constexpr std::size_t anchor_count = 2000, most_u_spans = 512;
 /// Weights that are tried; the last leaves hardly more than a cubic.
 constexpr std::array<double, 10> weights{1e-6, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5};
+/// Of the columns that the places on the rows follow.
+constexpr double correction_weight = 1e3;
 /// Columns to either side that share a weight, as a share of all.
 constexpr double window_share = 1.0 / 20.0;
 constexpr double least_distance_mm = 1e-3;  // of rows
@@ -54,7 +56,10 @@ class RowsFitter {
 
     core::Result<SurfaceFit> run() {
         place_knots();
+        lay_out();
         sample();
+        correct();
+        find_normals();
         if (!choose_weights()) return core::fail(ErrorCode::fit_not_evaluable, "surface: singular across the rows");
         return assemble();
     }
@@ -79,15 +84,47 @@ class RowsFitter {
         breaks_ = graded_knots(anchors, u, period, options_.span_turn_rad, most_u_spans);
     }
 
-    void sample() {
+    void lay_out() {
         const std::size_t n = breaks_.size() - 1, m = rows_.size();
-        columns_.assign(n, std::vector<Vec3>(m));
+        places_.assign(m, std::vector<double>(n));
         for (std::size_t k = 0; k < m; ++k)
-            for (std::size_t i = 0; i < n; ++i) {
-                const Vec2 p = on_row(k, breaks_[i]);
+            for (std::size_t i = 0; i < n; ++i)
+                places_[k][i] = alignment_.arc_length(k, breaks_[i]);
+        columns_.assign(n, std::vector<Vec3>(m));
+    }
+
+    void sample() {
+        for (std::size_t k = 0; k < places_.size(); ++k)
+            for (std::size_t i = 0; i < columns_.size(); ++i) {
+                const Vec2 p = rows_[k].at(places_[k][i]);
                 columns_[i][k] = {p.x(), p.y(), rows_[k].z_mm()};
             }
-        // Normals for the scatter: from neighbours along and across.
+    }
+
+    /// Parameter correction (seed 001, B12-B13): the places slide along their rows to where smooth columns have them,
+    /// so that what is left between a row and the columns is across the surface. A row whose places would pass each
+    /// other keeps them.
+    void correct() {
+        const std::size_t n = columns_.size(), m = rows_.size();
+        if (!smoother_.set_weight(correction_weight)) return;
+        std::vector<std::vector<double>> moved = places_;
+        for (std::size_t i = 0; i < n; ++i) {
+            smoother_.solve(columns_[i], controls_);
+            for (std::size_t k = 0; k < m; ++k) {
+                const Vec3 along = (columns_[(i + 1) % n][k] - columns_[(i + n - 1) % n][k]).normalized();
+                moved[k][i] -= along.dot(columns_[i][k] - smoother_.at_row(k, controls_));
+            }
+        }
+        for (std::size_t k = 0; k < m; ++k) {
+            const bool once_round = moved[k].back() < moved[k].front() + rows_[k].length_mm();
+            if (once_round && std::is_sorted(moved[k].begin(), moved[k].end())) places_[k] = std::move(moved[k]);
+        }
+        sample();
+    }
+
+    /// For the scatter: from neighbours along and across.
+    void find_normals() {
+        const std::size_t n = columns_.size(), m = rows_.size();
         normals_.assign(n, std::vector<Vec3>(m));
         for (std::size_t i = 0; i < n; ++i)
             for (std::size_t k = 0; k < m; ++k) {
@@ -173,6 +210,7 @@ class RowsFitter {
     RowAlignment alignment_;
     ColumnSmoother smoother_;
     std::vector<double> breaks_;
+    std::vector<std::vector<double>> places_;           // arc lengths, by row, then by break
     std::vector<std::vector<Vec3>> columns_, normals_;  // by break, then by row
     std::vector<std::size_t> chosen_;
     std::vector<double> freedom_;
