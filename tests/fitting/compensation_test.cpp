@@ -93,8 +93,8 @@ TEST(Compensation, ContoursOfTwistedBlades) {
             scanning.seed = seed;
             const Tally3 tally = judge(blade, scanning);
             tally.print(blade.name());
-            EXPECT_LT(tally.side.rms_um(), 0.30) << blade.name();
-            EXPECT_LT(tally.edge.rms_um(), 0.60) << blade.name();
+            EXPECT_LT(tally.side.rms_um(), 0.25) << blade.name();
+            EXPECT_LT(tally.edge.rms_um(), 0.40) << blade.name();
             EXPECT_LT(tally.side.largest_um(), 3.0) << blade.name();
             EXPECT_LT(tally.edge.largest_um(), 3.0) << blade.name();
             EXPECT_GT(tally.flat_offset.largest_um(), 5.0) << "a plain 2-D offset is far worse";
@@ -109,8 +109,8 @@ TEST(Compensation, ContoursWithoutNoise) {
         const families::TwistedBlade blade(family, 1);
         const Tally3 tally = judge(blade, scanning);
         tally.print(blade.name() + " without noise");
-        EXPECT_LT(tally.side.rms_um(), 0.12) << blade.name();
-        EXPECT_LT(tally.edge.rms_um(), 0.10) << blade.name();
+        EXPECT_LT(tally.side.rms_um(), 0.07) << blade.name();
+        EXPECT_LT(tally.edge.rms_um(), 0.06) << blade.name();
     }
 }
 
