@@ -13,6 +13,9 @@ namespace {
 
 using fitting::ContourPoint;
 
+/// Sections that a growing surface is made of: what lies below them says nothing of the lean at its top.
+constexpr std::size_t most_growing = 32;
+
 std::vector<Eigen::Vector2d> positions(const std::vector<ContourPoint>& contour) {
     std::vector<Eigen::Vector2d> points;
     points.reserve(contour.size());
@@ -78,37 +81,64 @@ std::vector<const SectionResult*> PartJudge::grow() {
     if (sections_.empty()) return {};
     Judged& newest = *sections_.back();
     if (newest.result.compensation.state != Compensation::State::provisional) return {};
-    if (!growing_) growing_.emplace(newest.setup->ball_radius_mm);
+    if (!growing_) growing_.emplace(newest.setup->ball_radius_mm, most_growing);
     if (auto status = add_to(*growing_, newest); !status) {
         stay_flat(newest, status.error());
         return {&newest.result};
     }
     Judged* const below = std::exchange(top_, &newest);
     if (below == nullptr) return {};
-    compensate(*below, *growing_);
+    if (auto status = growing_->fit(); !status) {
+        stay_flat(*below, status.error());
+    } else {
+        compensate(*below, *growing_);
+    }
     return {&below->result};
 }
 
-std::vector<const SectionResult*> PartJudge::complete() {
+std::vector<const SectionResult*> PartJudge::begin_completion() {
+    growing_.reset();
     std::vector<Judged*> upwards;
     for (const auto& section : sections_)
         if (section->flat) upwards.push_back(section.get());
+    if (upwards.empty()) return {};
     std::stable_sort(upwards.begin(), upwards.end(),
                      [](const Judged* a, const Judged* b) { return a->result.z_mm < b->result.z_mm; });
+    completion_.emplace(Completion{fitting::SurfaceCompensation(upwards.front()->setup->ball_radius_mm), {}});
     std::vector<const SectionResult*> revised;
-    if (upwards.empty()) return revised;
-    fitting::SurfaceCompensation surface(upwards.front()->setup->ball_radius_mm);
-    std::vector<Judged*> joined;
+    const auto leave_flat = [&](Judged& section, const core::Error& why) {
+        stay_flat(section, why);
+        revised.push_back(&section.result);
+    };
+    std::vector<Judged*>& joined = completion_->left;
     for (Judged* const section : upwards) {
-        revised.push_back(&section->result);
-        if (auto status = add_to(surface, *section); !status) {
-            stay_flat(*section, status.error());
+        if (auto status = add_to(completion_->surface, *section); !status) {
+            leave_flat(*section, status.error());
         } else {
             joined.push_back(section);
         }
     }
-    for (Judged* const section : joined)
-        compensate(*section, surface);
+    std::reverse(joined.begin(), joined.end());
+    if (joined.size() < 2) return revised;  // says itself why it stays flat
+    if (auto status = completion_->surface.fit(); !status) {
+        for (Judged* const section : std::exchange(joined, {}))
+            leave_flat(*section, status.error());
+    }
+    return revised;
+}
+
+const SectionResult* PartJudge::complete_next() {
+    if (!completion_ || completion_->left.empty()) return nullptr;
+    Judged& section = *completion_->left.back();
+    completion_->left.pop_back();
+    compensate(section, completion_->surface);
+    return &section.result;
+}
+
+std::vector<const SectionResult*> PartJudge::complete() {
+    auto revised = begin_completion();
+    while (const auto* section = complete_next())
+        revised.push_back(section);
     return revised;
 }
 
@@ -118,6 +148,7 @@ std::vector<SectionResult> PartJudge::take() {
         results.push_back(std::move(section->result));
     sections_.clear();
     growing_.reset();
+    completion_.reset();
     top_ = nullptr;
     std::stable_sort(results.begin(), results.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
     return results;

@@ -28,10 +28,17 @@ class PartJudge {
     const SectionResult& take_over(const SectionSetup& setup, SectionResult result);
 
     /// Lets the surface grow by the newest section, when it lies above the others, and judges anew the one below, which
-    /// has neighbours on both sides now. Returns what has changed, valid until the next call.
+    /// has neighbours on both sides now. Bounded: the surface is that of the newest sections. Returns what has changed,
+    /// valid until the next call.
     std::vector<const SectionResult*> grow();
     /// No more sections come: all are compensated by the surface through all of them. Returns as above.
     std::vector<const SectionResult*> complete();
+
+    /// The same as `complete`, step by step for those who have other work between the steps: lays the surface, then ...
+    std::vector<const SectionResult*> begin_completion();
+    /// ... judges one section anew; nullptr: there is none left.
+    const SectionResult* complete_next();
+    bool completing() const { return completion_ && !completion_->left.empty(); }
 
     /// Hands the sections over, by index.
     std::vector<SectionResult> take();
@@ -42,6 +49,11 @@ class PartJudge {
         SectionResult result;
         std::optional<fitting::SectionFit> flat;  ///< as it was compensated in its plane
     };
+    /// All sections are here; those of `left` are not yet compensated by the surface through all.
+    struct Completion {
+        fitting::SurfaceCompensation surface;
+        std::vector<Judged*> left;  ///< the lowest last
+    };
     bool by_surface(const Judged& judged) const;
     core::Status add_to(fitting::SurfaceCompensation& surface, const Judged& judged) const;
     void stay_flat(Judged& judged, const core::Error& why);
@@ -51,6 +63,7 @@ class PartJudge {
     SectionJudge alone_;
     std::optional<fitting::SurfaceCompensation> growing_;
     Judged* top_ = nullptr;  // of the growing surface
+    std::optional<Completion> completion_;
 };
 
 }  // namespace cmm::acquisition

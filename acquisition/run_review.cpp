@@ -44,7 +44,7 @@ core::Result<std::unique_ptr<RunReview>> RunReview::open(const std::string& run_
 void RunReview::choose(OperatorChoice choice) {
     choice_ = std::move(choice);
     judged_.clear();
-    results_.clear();
+    compensated_.clear();
 }
 
 /// The plan's where the part file has it, else the mean of the points.
@@ -72,8 +72,11 @@ core::Status RunReview::judge_all() {
         const bool known = i < judged_.size() && judged_[i].result.index == sections[i].index &&
                            judged_[i].points == sections[i].points.size();
         if (known) continue;
+        const auto closed = [](const Judged& one) { return one.result.closed(); };
+        if (std::any_of(judged_.begin() + static_cast<std::ptrdiff_t>(std::min(i, judged_.size())), judged_.end(),
+                        closed))
+            compensated_all_ = false;
         judged_.resize(i);  // without a nominal the edges of later sections follow those of earlier ones
-        results_.clear();
         const auto of_section = setup(sections[i].index);
         if (!of_section) return tl::unexpected(of_section.error());
         auto points = sections[i].points;
@@ -82,23 +85,28 @@ core::Status RunReview::judge_all() {
         if (i > 0) judged.judge = judged_[i - 1].judge;
         judged.points = points.size();
         judged.result = judged.judge.finish(**of_section, std::move(points));
+        if (closed(judged)) compensated_all_ = false;
         judged_.push_back(std::move(judged));
     }
-    if (results_.size() == sections.size()) return {};
+    if (std::exchange(compensated_all_, true)) return {};
     PartJudge judge;
     for (const auto& judged : judged_)
-        judge.take_over(setups_.at(judged.result.index), judged.result);
+        if (judged.result.closed()) judge.take_over(setups_.at(judged.result.index), judged.result);
     judge.complete();
-    results_ = judge.take();
+    compensated_ = judge.take();
     return {};
+}
+
+const SectionResult& RunReview::at(std::size_t place) const {
+    const auto& alone = judged_[place].result;
+    const auto found = std::find_if(compensated_.begin(), compensated_.end(),
+                                    [&](const SectionResult& result) { return result.index == alone.index; });
+    return alone.closed() ? *found : alone;
 }
 
 core::Result<const SectionResult*> RunReview::result_at(std::size_t place) {
     if (auto status = judge_all(); !status) return tl::unexpected(status.error());
-    const auto found = std::find_if(results_.begin(), results_.end(), [&](const SectionResult& result) {
-        return result.index == recorded_.all()[place].index;
-    });
-    return &*found;
+    return &at(place);
 }
 
 core::Result<PartResult> RunReview::result() {
@@ -116,7 +124,8 @@ core::Result<PartResult> RunReview::result() {
     const auto& sections = recorded_.all();
     result.complete = sections.size() == part_.scan.heights_mm.size() &&
                       std::all_of(sections.begin(), sections.end(), [](const auto& one) { return one.finished; });
-    result.sections = results_;
+    for (std::size_t place = 0; place < sections.size(); ++place)
+        result.sections.push_back(at(place));
     if (auto status = choice_.all_found(); !status) return tl::unexpected(status.error());
     return result;
 }

@@ -20,7 +20,8 @@ namespace cmm::acquisition {
 
 /// A run as its run file tells it, finished or while another thread or process writes it: what was planned, every point
 /// so far, each section judged by the same functions as during the scan. A judgement is kept until its points or the
-/// operator's choice change. One thread at a time; part frame, mm.
+/// operator's choice change; a section that is still open says nothing about the others. One thread at a time; part
+/// frame, mm.
 class RunReview {
   public:
     /// Judged by the part file that it was measured with (`part` empty) or by another one. Errors: those of
@@ -51,6 +52,7 @@ class RunReview {
         SectionJudge judge;  // as it was left
     };
     core::Status judge_all();
+    const SectionResult& at(std::size_t place) const;
     RunReview(std::unique_ptr<Journal> journal, PartFile part, std::shared_ptr<const Nominal> nominal);
     double height_mm(std::size_t index) const;
 
@@ -60,8 +62,9 @@ class RunReview {
     OperatorChoice choice_;
     RecordedSections recorded_;
     std::map<std::size_t, SectionSetup> setups_;
-    std::vector<Judged> judged_;          // each by itself, in order
-    std::vector<SectionResult> results_;  // as the sections beside them say; empty: to be made
+    std::vector<Judged> judged_;              // each by itself, in order
+    std::vector<SectionResult> compensated_;  // those that are closed, as the sections beside them say
+    bool compensated_all_ = true;             // and none has come or gone since
 };
 
 }  // namespace cmm::acquisition

@@ -47,7 +47,7 @@ void SectionFinisher::complete() {
 
 /// Under the mutex.
 void SectionFinisher::begin() {
-    if (!std::exchange(busy_, true)) workers_.post([this] { work(); });
+    if (!std::exchange(busy_, true)) workers_.post([this] { step(); });
 }
 
 void SectionFinisher::rehearse(const SectionSetup& setup, std::vector<RecordedPoint> points, double left_ms) {
@@ -56,7 +56,7 @@ void SectionFinisher::rehearse(const SectionSetup& setup, std::vector<RecordedPo
     busy_ = true;
     workers_.post([this, &setup, points = std::move(points), judge = judge_.alone()]() mutable {
         (void)this->judge(judge, setup, std::move(points));
-        work();
+        go_on();
     });
 }
 
@@ -91,20 +91,34 @@ SectionResult SectionFinisher::judge(SectionJudge& judge, const SectionSetup& se
     return result;
 }
 
-void SectionFinisher::work() {
-    std::unique_lock lock(mutex_);
-    while (!waiting_.empty() || complete_) {
+/// One step, so that the sections of other parts do not wait for all that is left of this one.
+void SectionFinisher::step() {
+    if (std::exchange(grown_, true)) {
+        std::unique_lock lock(mutex_);
         if (!waiting_.empty()) {
             finish_next(lock);
-            continue;
+        } else if (std::exchange(complete_, false)) {
+            lock.unlock();
+            announce_revised(judge_.begin_completion());
+        } else {
+            lock.unlock();
+            if (const auto* section = judge_.complete_next()) announce_revised({section});
         }
-        complete_ = false;
-        lock.unlock();
-        announce_revised(judge_.complete(), t_machine_s_);
-        lock.lock();
+    } else {
+        announce_revised(judge_.grow());
     }
-    busy_ = false;
-    changed_.notify_all();  // under the mutex: who waits may destroy this object
+    go_on();
+}
+
+/// Behind what others have asked the workers for.
+void SectionFinisher::go_on() {
+    const std::lock_guard lock(mutex_);
+    if (!grown_ || !waiting_.empty() || complete_ || judge_.completing()) {
+        workers_.post([this] { step(); });
+    } else {
+        busy_ = false;
+        changed_.notify_all();  // under the mutex: who waits may destroy this object
+    }
 }
 
 void SectionFinisher::finish_next(std::unique_lock<std::mutex>& lock) {
@@ -115,37 +129,36 @@ void SectionFinisher::finish_next(std::unique_lock<std::mutex>& lock) {
     std::optional<double> latency_ms;
     if (const auto received = section->last_sample_host_time())
         latency_ms = core::seconds(clock_.now() - *received) * 1e3;
-    const bool rejected = result.decision() == Decision::reject;
     t_machine_s_ = section->last_machine_time_s();
-    announce(result, t_machine_s_, latency_ms);
-    announce_revised(judge_.grow(), t_machine_s_);
+    announce(result, latency_ms);
+    grown_ = false;
     lock.lock();
     if (latency_ms) latencies_ms_.push_back(*latency_ms);
-    rejected_ = rejected_ || rejected;
+    rejected_ = rejected_ || result.decision() == Decision::reject;
 }
 
-void SectionFinisher::announce(const SectionResult& result, double t_machine_s, std::optional<double> latency_ms) {
-    events_.emit(EventKind::section_final, t_machine_s, final_payload(result, latency_ms));
+void SectionFinisher::announce(const SectionResult& result, std::optional<double> latency_ms) {
+    events_.emit(EventKind::section_final, t_machine_s_, final_payload(result, latency_ms));
     for (const auto& point : result.points) {
         if (point.verdict.reason == fitting::RejectReason::none) continue;
-        events_.emit(EventKind::point_rejected, t_machine_s, rejected_payload(result.index, point));
+        events_.emit(EventKind::point_rejected, t_machine_s_, rejected_payload(result.index, point));
     }
-    announce_decisions(result, t_machine_s);
+    announce_decisions(result);
 }
 
-void SectionFinisher::announce_revised(const std::vector<const SectionResult*>& revised, double t_machine_s) {
+void SectionFinisher::announce_revised(const std::vector<const SectionResult*>& revised) {
     for (const auto* result : revised) {
-        events_.emit(EventKind::section_revised, t_machine_s, revised_payload(*result));
-        announce_decisions(*result, t_machine_s);
+        events_.emit(EventKind::section_revised, t_machine_s_, revised_payload(*result));
+        announce_decisions(*result);
     }
 }
 
-void SectionFinisher::announce_decisions(const SectionResult& result, double t_machine_s) {
+void SectionFinisher::announce_decisions(const SectionResult& result) {
     for (const auto& characteristic : result.characteristics) {
-        events_.emit(EventKind::characteristic_updated, t_machine_s,
+        events_.emit(EventKind::characteristic_updated, t_machine_s_,
                      characteristic_payload(result.index, characteristic));
     }
-    events_.emit(EventKind::gate_decision, t_machine_s, decision_payload(result.index, result.decision()));
+    events_.emit(EventKind::gate_decision, t_machine_s_, decision_payload(result.index, result.decision()));
 }
 
 }  // namespace cmm::acquisition

@@ -24,7 +24,7 @@ struct LatencySummary {
 };
 LatencySummary summarise(std::vector<double> times_ms);
 
-/// Fits and judges completed sections on the workers, one after another, while the machine measures on, and announces
+/// Fits and judges completed sections on the workers, one step at a time, while the machine measures on, and announces
 /// them (SectionFinal, PointRejected, CharacteristicUpdated, GateDecision); and again what the sections after them
 /// change (SectionRevised, CharacteristicUpdated, GateDecision). `submit` never waits for a fit; any thread.
 class SectionFinisher {
@@ -54,20 +54,23 @@ class SectionFinisher {
 
   private:
     SectionResult judge(SectionJudge& judge, const SectionSetup& setup, std::vector<RecordedPoint> points);
-    void work();
     void begin();
+    void step();
+    void go_on();
     void finish_next(std::unique_lock<std::mutex>& lock);
-    void announce(const SectionResult& result, double t_machine_s, std::optional<double> latency_ms);
-    void announce_revised(const std::vector<const SectionResult*>& revised, double t_machine_s);
-    void announce_decisions(const SectionResult& result, double t_machine_s);
+    void announce(const SectionResult& result, std::optional<double> latency_ms);
+    void announce_revised(const std::vector<const SectionResult*>& revised);
+    void announce_decisions(const SectionResult& result);
 
     EventHub& events_;
     const core::Clock& clock_;
     Workers& workers_;
     mutable std::mutex mutex_;
     std::condition_variable changed_;
-    PartJudge judge_;           // of the worker, while busy
-    double t_machine_s_ = 0.0;  // of the last section; of the worker
+    // Of the worker, while busy.
+    PartJudge judge_;
+    double t_machine_s_ = 0.0;  // of the last section
+    bool grown_ = true;         // the surface has the last section
     std::deque<std::unique_ptr<LiveSection>> waiting_;
     bool complete_ = false;      // asked for
     double judgement_ms_ = 0.0;  // what the last section took by itself

@@ -13,6 +13,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "core/priority.hpp"
+
 namespace cmm::acquisition {
 
 /// The threads for what takes longer than a machine may wait: fits, files and ways (milliseconds) on some, plans
@@ -23,7 +25,8 @@ class Workers {
     /// For the short work as many as the processor has cores but one, at least one: the loops that talk to the machines
     /// have a core.
     Workers();
-    explicit Workers(std::size_t threads) : short_(threads) {}
+    /// `niceness` of the threads: the loops that talk to the machines come first.
+    explicit Workers(std::size_t threads, int niceness = 5) : niceness_(niceness), short_(threads) {}
     ~Workers() {
         long_.join();
         short_.join();
@@ -32,8 +35,8 @@ class Workers {
     Workers& operator=(const Workers&) = delete;
 
     void post(std::function<void()> work) {
-        boost::asio::post(short_, [work = std::move(work)] {
-            step_back();
+        boost::asio::post(short_, [niceness = niceness_, work = std::move(work)] {
+            core::stand_back(niceness);
             work();
         });
     }
@@ -41,27 +44,25 @@ class Workers {
     /// What `work` returns (default constructible), without holding up the executor of the coroutine that awaits it.
     template <class Work>
     boost::asio::awaitable<std::invoke_result_t<Work&>> run(Work work) {
-        return on(short_, std::move(work));
+        return on(short_, niceness_, std::move(work));
     }
     /// The same for work that may take seconds.
     template <class Work>
     boost::asio::awaitable<std::invoke_result_t<Work&>> run_long(Work work) {
-        return on(long_, std::move(work));
+        return on(long_, niceness_, std::move(work));
     }
 
   private:
-    /// The loops that talk to the machines come first where all want the processor.
-    static void step_back() noexcept;
-
     // Not by co_spawn: what never suspends is put back there behind all that waits before its answer goes out.
     template <class Work>
-    static boost::asio::awaitable<std::invoke_result_t<Work&>> on(boost::asio::thread_pool& pool, Work work) {
+    static boost::asio::awaitable<std::invoke_result_t<Work&>> on(boost::asio::thread_pool& pool, int niceness,
+                                                                  Work work) {
         using Answer = std::invoke_result_t<Work&>;
-        auto begin = [&pool](auto handler, Work what) {
+        auto begin = [&pool, niceness](auto handler, Work what) {
             const auto executor = boost::asio::get_associated_executor(handler);
-            auto task = [what = std::move(what), handler = std::move(handler),
+            auto task = [niceness, what = std::move(what), handler = std::move(handler),
                          awaited = boost::asio::make_work_guard(executor)]() mutable {
-                step_back();
+                core::stand_back(niceness);
                 std::exception_ptr thrown;
                 Answer answer{};
                 try {
@@ -80,6 +81,7 @@ class Workers {
             std::move(begin), boost::asio::use_awaitable, std::move(work));
     }
 
+    int niceness_;
     boost::asio::thread_pool short_, long_{1};
 };
 

@@ -8,6 +8,7 @@
 #include "bench/bench.hpp"
 #include "bench/peer_table.hpp"
 #include "fitting/offset.hpp"
+#include "support/contour_change.hpp"
 #include "support/twisted_blade.hpp"
 
 namespace cmm::bench {
@@ -54,16 +55,19 @@ void bench_blade(const families::TwistedBlade& blade, bool noisy) {
         SectionOptions options;
         options.le_hint = blade.outline(rows.heights[k]).le().nose;
         options.te_hint = blade.outline(rows.heights[k]).te().nose;
+        const auto provisional = compensation.contour(rows.heights[k > 0 ? k - 1 : 0]);
         bool taken = false;
-        times.push_back(
-            peers::time_ms(1, [&] { taken = compensation.add(centres, rows.heights[k], options).has_value(); }).median);
+        const auto take = [&] {
+            taken = compensation.add(centres, rows.heights[k], options) && (k == 0 || compensation.fit());
+        };
+        times.push_back(peers::time_ms(1, take).median);
         if (!taken) {
             std::printf("%s: section %zu refused\n", blade.name().c_str(), k);
             return;
         }
-        if (k < 4) continue;
-        if (const auto contour = compensation.contour(rows.heights[k - 1]))
-            change = std::max(change, contour->change_mm);
+        if (k > 4 && provisional)
+            change = std::max(
+                change, families::contour_change_mm(*provisional, compensation.contour(rows.heights[k - 1]).value()));
     }
     const Errors errors = errors_of(blade, compensation);
     std::sort(times.begin(), times.end());

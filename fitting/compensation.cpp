@@ -3,11 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <utility>
 
 #include "fitting/centre_curve.hpp"
-#include "fitting/closed_curve.hpp"
 #include "fitting/surface_cut.hpp"
 
 namespace cmm::fitting {
@@ -16,7 +14,7 @@ namespace {
 using core::ErrorCode;
 
 constexpr double contour_turning_share = 0.25;
-constexpr std::size_t provisional_points = 800;
+constexpr std::size_t fewest_points = 16;
 
 /// Parameters at which S - r N is cut: in equal steps of length and turning of a first, coarser cut.
 std::vector<double> spread(const PlaneCut& cut, double period, std::size_t count) {
@@ -50,18 +48,6 @@ core::Result<PlaneCut> touched_cut(const Surface& surface, double distance_mm, d
     return cut;
 }
 
-double largest_distance(const ContactContour& from, const ContactContour& to) {
-    std::vector<Vec2> points;
-    for (const ContactPoint& p : to.points)
-        points.push_back(p.position_mm.head<2>());
-    const auto curve = ClosedCurve::through(points);
-    if (!curve) return 0.0;
-    double largest = 0.0;
-    for (const ContactPoint& p : from.points)
-        largest = std::max(largest, std::abs(curve->closest(p.position_mm.head<2>()).distance_mm));
-    return largest;
-}
-
 }  // namespace
 
 core::Status SurfaceCompensation::add(std::span<const Vec2> centres, double z_mm, const SectionOptions& options) {
@@ -76,35 +62,36 @@ core::Status SurfaceCompensation::add(SmoothCurve centres, double z_mm, const st
     auto row = SurfaceRow::make(std::move(centres), z_mm, ball_radius_, first ? le_hint : rows_.back().le(),
                                 first ? te_hint : rows_.back().te());
     if (!row) return tl::unexpected(row.error());
-    return take(std::move(*row));
-}
-
-core::Status SurfaceCompensation::take(SurfaceRow row) {
-    std::optional<ContactContour> provisional;
-    if (fit_)
-        if (auto contour = cut(rows_.back().z_mm(), provisional_points)) provisional = std::move(*contour);
-    rows_.push_back(std::move(row));
-    if (rows_.size() < 2) return {};
-    SurfaceFitOptions options;
-    options.beyond_mm = ball_radius_;
-    auto fit = fit_surface(rows_, options);
-    if (!fit) {
+    rows_.push_back(std::move(*row));
+    if (auto status = check_rows(rows_); !status) {
         rows_.pop_back();
-        return tl::unexpected(fit.error());
+        return status;
     }
-    fit_ = std::move(*fit);
-    provisional_ = std::move(provisional);
+    fit_.reset();
+    if (newest_ > 0 && rows_.size() > newest_) rows_.erase(rows_.begin());
     return {};
 }
 
-core::Result<ContactContour> SurfaceCompensation::cut(double z_mm, std::size_t count) const {
+core::Status SurfaceCompensation::fit() {
+    SurfaceFitOptions options;
+    options.beyond_mm = ball_radius_;
+    auto fit = fit_surface(rows_, options);
+    if (!fit) return tl::unexpected(fit.error());
+    fit_ = std::move(*fit);
+    return {};
+}
+
+core::Result<ContactContour> SurfaceCompensation::contour(double z_mm, std::size_t count) const {
+    if (!fit_) return core::fail(ErrorCode::fit_not_evaluable, "compensation: there is no surface of ball centres");
+    if (!(z_mm >= rows_.front().z_mm() && z_mm <= rows_.back().z_mm()))
+        return core::fail(ErrorCode::fit_not_evaluable, "compensation: the height lies beyond the sections");
     const Surface& surface = fit_->surface;
     const auto coarse = touched_cut(surface, -ball_radius_, z_mm, span_parameters(surface.u(), 3));
     if (!coarse) return tl::unexpected(coarse.error());
     if (coarse->points.size() < 8)
         return core::fail(ErrorCode::fit_not_evaluable, "compensation: the ball is larger than what it touched");
     const double period = surface.u().back() - surface.u().front();
-    auto fine = touched_cut(surface, -ball_radius_, z_mm, spread(*coarse, period, count));
+    auto fine = touched_cut(surface, -ball_radius_, z_mm, spread(*coarse, period, std::max(count, fewest_points)));
     if (!fine) return tl::unexpected(fine.error());
     ContactContour contour;
     contour.z_mm = z_mm;
@@ -112,18 +99,6 @@ core::Result<ContactContour> SurfaceCompensation::cut(double z_mm, std::size_t c
     contour.unreached = fine->folded;
     for (const CutPoint& p : fine->points)
         contour.points.push_back({p.position, p.normal, std::asin(std::clamp(p.normal.z(), -1.0, 1.0))});
-    return contour;
-}
-
-core::Result<ContactContour> SurfaceCompensation::contour(double z_mm, std::size_t count) const {
-    if (!fit_)
-        return core::fail(ErrorCode::fit_not_evaluable,
-                          "compensation: needs 2 sections, has " + std::to_string(rows_.size()));
-    if (!(z_mm >= rows_.front().z_mm() && z_mm <= rows_.back().z_mm()))
-        return core::fail(ErrorCode::fit_not_evaluable, "compensation: the height lies beyond the sections");
-    auto contour = cut(z_mm, std::max<std::size_t>(count, 16));
-    if (contour && provisional_ && provisional_->z_mm == z_mm)
-        contour->change_mm = largest_distance(*provisional_, *contour);
     return contour;
 }
 

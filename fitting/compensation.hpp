@@ -26,19 +26,20 @@ struct ContactContour {
     bool final = false;                ///< a section above it has closed
     std::vector<ContactPoint> points;  ///< counter-clockwise from the LE, all at z_mm
     std::size_t unreached = 0;         ///< places where the ball touches nothing (concave radius below its own)
-    double change_mm = 0.0;            ///< of a final contour: largest distance from the provisional one
 };
 
 /// Compensation of the ball by the surface of its centres (seed 000, A6; the equidistant surface): sections of ball
 /// centres come one after another, upwards; contact = centre - r N, N the normal of the surface through all of them;
 /// the contour asked for is cut from the surface of contacts in its own plane. A section is provisional until the one
-/// above it has closed: its lean then rests on the sections below alone. One owner, one thread; O(all sections) a
-/// section (some milliseconds for 25). Millimetres, part frame.
+/// above it has closed: its lean then rests on the sections below alone. One owner, one thread. Millimetres, part
+/// frame.
 class SurfaceCompensation {
   public:
-    explicit SurfaceCompensation(double ball_radius_mm) : ball_radius_(ball_radius_mm) {}
+    /// `newest`: of so many sections at most, the last ones, the surface is made (0: of all).
+    explicit SurfaceCompensation(double ball_radius_mm, std::size_t newest = 0)
+        : ball_radius_(ball_radius_mm), newest_(newest) {}
 
-    /// Takes the centres of a section in measuring order, finds the bad points, and grows the surface. A section that
+    /// Takes the centres of a section in measuring order and finds the bad points; `fit` has to follow. A section that
     /// is refused leaves all as it was. Errors: fit_not_evaluable (the section's own, see fit_section; not above the
     /// last one; does not continue it; ball radius not a number).
     core::Status add(std::span<const Vec2> centres, double z_mm, const SectionOptions& options = {});
@@ -46,22 +47,22 @@ class SurfaceCompensation {
     core::Status add(SmoothCurve centres, double z_mm, const std::optional<Vec2>& le_hint = {},
                      const std::optional<Vec2>& te_hint = {});
 
+    /// Lays the surface through the sections: O(their number), some milliseconds for 25. Errors: those of fit_surface.
+    core::Status fit();
+
     /// The part's contour at a height between the first and the last section, about `count` points: three quarters by
-    /// length, the others by turning. Errors: fit_not_evaluable (fewer than 2 sections, a height beyond them).
+    /// length, the others by turning. Errors: fit_not_evaluable (no surface: see `fit`; a height beyond the sections).
     core::Result<ContactContour> contour(double z_mm, std::size_t count = 2400) const;
 
     std::span<const SurfaceRow> rows() const { return rows_; }
-    /// None before the second section.
+    /// None until `fit`, and again from the next section on.
     const std::optional<SurfaceFit>& centres() const { return fit_; }
 
   private:
-    core::Status take(SurfaceRow row);
-    core::Result<ContactContour> cut(double z_mm, std::size_t count) const;
-
     double ball_radius_ = 0.0;
+    std::size_t newest_ = 0;
     std::vector<SurfaceRow> rows_;
     std::optional<SurfaceFit> fit_;
-    std::optional<ContactContour> provisional_;  ///< of the last section before the newest
 };
 
 }  // namespace cmm::fitting

@@ -10,6 +10,7 @@
 #include <string>
 #include <utility>
 
+#include "core/text.hpp"
 #include "fitting/column_smoother.hpp"
 #include "fitting/knot_spacing.hpp"
 #include "fitting/surface_index.hpp"
@@ -31,22 +32,8 @@ constexpr double least_distance_mm = 1e-3;  // of rows
 constexpr double doubtful = 3.0;
 constexpr double nanometre = 1e-6;
 
-core::Status check(std::span<const SurfaceRow> rows) {
-    const auto refuse = [](const std::string& why) {
-        return core::fail(ErrorCode::fit_not_evaluable, "surface: " + why);
-    };
-    if (rows.size() < 2) return refuse("needs 2 rows, got " + std::to_string(rows.size()));
-    for (std::size_t k = 1; k < rows.size(); ++k) {
-        const SurfaceRow &below = rows[k - 1], &above = rows[k];
-        const std::string name = "row " + std::to_string(k);
-        if (std::abs(above.z_mm() - below.z_mm()) < least_distance_mm) return refuse(name + " is the one below again");
-        if (above.z_mm() < below.z_mm()) return refuse(name + " lies below its predecessor: the rows cross");
-        const double shorter = 0.5 * std::min(above.length_mm(), below.length_mm());
-        if ((above.le() - below.le()).norm() > shorter || (above.te() - below.te()).norm() > shorter ||
-            (above.te() - above.le()).dot(below.te() - below.le()) <= 0.0)
-            return refuse(name + " does not continue the one below");
-    }
-    return {};
+tl::unexpected<core::Error> unusable(const std::string& why) {
+    return core::fail(ErrorCode::fit_not_evaluable, "surface: " + why);
 }
 
 class RowsFitter {
@@ -60,7 +47,7 @@ class RowsFitter {
         sample();
         correct();
         find_normals();
-        if (!choose_weights()) return core::fail(ErrorCode::fit_not_evaluable, "surface: singular across the rows");
+        if (!choose_weights()) return unusable("singular across the rows");
         return assemble();
     }
 
@@ -220,10 +207,26 @@ class RowsFitter {
 
 }  // namespace
 
+core::Status check_rows(std::span<const SurfaceRow> rows) {
+    for (std::size_t k = 1; k < rows.size(); ++k) {
+        const SurfaceRow &below = rows[k - 1], &above = rows[k];
+        const std::string name = "the row at z " + core::fixed(above.z_mm(), 3);
+        if (std::abs(above.z_mm() - below.z_mm()) < least_distance_mm)
+            return unusable(name + " is the one below again");
+        if (above.z_mm() < below.z_mm()) return unusable(name + " lies below its predecessor: the rows cross");
+        const double shorter = 0.5 * std::min(above.length_mm(), below.length_mm());
+        if ((above.le() - below.le()).norm() > shorter || (above.te() - below.te()).norm() > shorter ||
+            (above.te() - above.le()).dot(below.te() - below.le()) <= 0.0)
+            return unusable(name + " does not continue the one below");
+    }
+    return {};
+}
+
 core::Result<SurfaceFit> fit_surface(std::span<const SurfaceRow> rows, const SurfaceFitOptions& options) {
     if (!(options.span_turn_rad > 0.0) || !(options.beyond_mm >= 0.0) || !std::isfinite(options.beyond_mm))
-        return core::fail(ErrorCode::fit_not_evaluable, "surface: options out of range");
-    if (auto status = check(rows); !status) return tl::unexpected(status.error());
+        return unusable("options out of range");
+    if (rows.size() < 2) return unusable("needs 2 rows, got " + std::to_string(rows.size()));
+    if (auto status = check_rows(rows); !status) return tl::unexpected(status.error());
     return RowsFitter(rows, options).run();
 }
 

@@ -26,11 +26,15 @@ struct SurfaceFit {
     double row_sigma_mm = 0.0;
 };
 
+/// Whether rows can make a surface together. Errors: fit_not_evaluable (rows that are not in order or at the same
+/// height, rows that cross: a neighbour's noses are farther away than the row is long).
+core::Status check_rows(std::span<const SurfaceRow> rows);
+
 /// The surface through rows of different counts and spacing (seed 001, B1-B14, layered): the rows' smooth curves are
 /// aligned by LE and TE, sampled at common places that follow the turning of the middle row (B4-B10), smoothed across
 /// the rows column by column with a strength that generalised cross-validation takes from the scatter along the normal,
-/// and interpolated along u. Rows ascend in z; S_z(u, v) = v. Errors: fit_not_evaluable (fewer than 2 rows, rows that
-/// are not in order or at the same height, rows that cross: a neighbour's noses are farther away than the row is long).
+/// and interpolated along u. Rows ascend in z; S_z(u, v) = v. Errors: those of check_rows, fit_not_evaluable (fewer
+/// than 2 rows).
 core::Result<SurfaceFit> fit_surface(std::span<const SurfaceRow> rows, const SurfaceFitOptions& options = {});
 
 /// How far points are from a surface: signed, positive along its normal.

@@ -255,7 +255,7 @@ core::Result<SurfaceSection> compensate_section(const SurfaceCompensation& surfa
                                                 const SectionOptions& options) {
     const auto refuse = [](const char* why) { return core::fail(core::ErrorCode::fit_not_evaluable, why); };
     const auto rows = surface.rows();
-    if (rows.size() < 2 || !surface.centres()) return refuse("compensation: no other section tells the lean");
+    if (!surface.centres()) return refuse("compensation: no other section tells the lean");
     const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& r) { return r.z_mm() == z_mm; });
     if (row == rows.end() || flat.contour.empty())
         return refuse("compensation: the section is not in the surface of ball centres");

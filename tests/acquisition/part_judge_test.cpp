@@ -91,6 +91,28 @@ TEST_F(PartJudgeTest, TheEndDoesNotDependOnWhatWasJudgedBefore) {
     EXPECT_TRUE(live.take().empty());
 }
 
+TEST_F(PartJudgeTest, TheEndCanBeReachedStepByStep) {
+    const Measured measured(part_text("[20, 30, 40]"));
+    PartJudge at_once, stepwise;
+    for (std::size_t i = 0; i < 3; ++i) {
+        at_once.finish(measured.setups[i], measured.points(i));
+        stepwise.finish(measured.setups[i], measured.points(i));
+    }
+    EXPECT_FALSE(stepwise.completing());
+    EXPECT_EQ(stepwise.complete_next(), nullptr);
+    at_once.complete();
+    EXPECT_TRUE(stepwise.begin_completion().empty());
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_TRUE(stepwise.completing());
+        EXPECT_EQ(stepwise.complete_next()->index, i) << "upwards";
+    }
+    EXPECT_FALSE(stepwise.completing());
+    EXPECT_EQ(stepwise.complete_next(), nullptr);
+    const auto a = at_once.take(), b = stepwise.take();
+    for (std::size_t i = 0; i < 3; ++i)
+        EXPECT_EQ(a[i].deviation_mm, b[i].deviation_mm);
+}
+
 TEST_F(PartJudgeTest, WhatStaysFlatSaysWhy) {
     const Measured asked(part_text("[20, 30, 40]", "[fitting]\ncompensation = \"2d\"\n"));
     PartJudge judge;

@@ -10,12 +10,17 @@ namespace {
 
 /// A run that is still being written.
 struct RunReviewTest : ::testing::Test {
-    SessionPart job;
+    SessionPart job{three_sections()};
     TempFolder folder;
     std::string file = folder.path("run.cmmrun");
     std::unique_ptr<Journal> journal = std::move(Journal::create(file, session_header(job)).value());
     std::uint64_t next = 1;
 
+    static std::string three_sections() {
+        std::string text = session_part_text();
+        const std::string two = "[20, 40]";
+        return text.replace(text.find(two), two.size(), "[20, 30, 40]");
+    }
     void begin(std::size_t section) {
         ASSERT_TRUE(journal->begin_path({static_cast<std::uint16_t>(section + 1), section, 0, false}));
     }
@@ -30,6 +35,11 @@ struct RunReviewTest : ::testing::Test {
     void end(std::size_t section) {
         ASSERT_TRUE(journal->finish_path(static_cast<std::uint16_t>(section + 1)));
         ASSERT_TRUE(journal->flush());
+    }
+    void measure(std::size_t section) {
+        begin(section);
+        write(section, 0, count(section));
+        end(section);
     }
     std::size_t count(std::size_t section) const { return job.plan.paths[section].points.size(); }
 };
@@ -66,11 +76,8 @@ TEST_F(RunReviewTest, FollowsARunWhileItIsWritten) {
 }
 
 TEST_F(RunReviewTest, AJudgementIsThatOfTheWholeRun) {
-    for (const std::size_t section : {0U, 1U}) {
-        begin(section);
-        write(section, 0, count(section));
-        end(section);
-    }
+    measure(0);
+    measure(1);
     auto review = std::move(RunReview::open(file).value());
     const auto last_first = review->result_at(1).value()->fit->contour;
     const auto whole = results_of_run(file, nullptr).value();
@@ -79,10 +86,33 @@ TEST_F(RunReviewTest, AJudgementIsThatOfTheWholeRun) {
         EXPECT_EQ(last_first[i].position_mm, whole.sections[1].fit->contour[i].position_mm);
 }
 
+TEST_F(RunReviewTest, ASectionThatIsStillMeasuredChangesNothingOfTheOthers) {
+    measure(0);
+    measure(1);
+    auto review = std::move(RunReview::open(file).value());
+    const auto* first = review->result_at(0).value();
+    const auto* const kept = first;
+    const Eigen::Vector2d corner_mm = first->fit->contour[0].position_mm;
+    EXPECT_EQ(first->compensation.state, Compensation::State::final);
+    begin(2);
+    for (const std::size_t from : {0U, 10U}) {
+        write(2, from, from + 10);
+        ASSERT_TRUE(journal->flush());
+        ASSERT_TRUE(review->refresh());
+        EXPECT_FALSE(review->result_at(2).value()->closed());
+        EXPECT_EQ(review->result_at(0).value(), kept);
+        EXPECT_EQ(kept->fit->contour[0].position_mm, corner_mm);
+    }
+    write(2, 20, count(2));
+    end(2);
+    ASSERT_TRUE(review->refresh());
+    const auto& last = *review->result_at(2).value();
+    EXPECT_EQ(last.compensation.state, Compensation::State::final) << last.why << last.compensation.note;
+    EXPECT_NE(review->result_at(0).value()->fit->contour[0].position_mm, corner_mm) << "it has a neighbour more";
+}
+
 TEST_F(RunReviewTest, AnOperatorsWordIsHeardAndTakenBack) {
-    begin(0);
-    write(0, 0, count(0));
-    end(0);
+    measure(0);
     auto review = std::move(RunReview::open(file).value());
     const auto reason = [&] { return review->result_at(0).value()->points[4].verdict.reason; };
     EXPECT_EQ(reason(), fitting::RejectReason::none);

@@ -43,12 +43,14 @@ edge_profile_mm = 0.1
 }
 
 struct SessionPart {
+    std::string text;
     PartFile part;
     std::shared_ptr<const Nominal> nominal;
     Plan plan;
 
-    explicit SessionPart(const std::string& text = session_part_text())
-        : part(parse_part_file(text, "blade.toml").value()),
+    explicit SessionPart(const std::string& part_text = session_part_text())
+        : text(part_text),
+          part(parse_part_file(text, "blade.toml").value()),
           nominal(load_nominal(part.nominal).value()),
           plan(make_plan(part, nominal.get()).value()) {}
     SectionSetup setup(std::size_t index) const {
@@ -85,7 +87,7 @@ inline Journal::Header session_header(const SessionPart& job) {
     header.run_id = "run-1";
     header.started_utc = "2025-01-02T03:04:05Z";
     header.part_path = "blade.toml";
-    header.part_text = session_part_text();
+    header.part_text = job.text;
     header.machine_url = "test:";
     header.machine_model = "M";
     header.machine_serial = "1";

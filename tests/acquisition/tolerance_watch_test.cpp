@@ -81,6 +81,15 @@ TEST_F(ToleranceWatchTest, RunsOfBadPointsProveNothing) {
             EXPECT_FALSE(seen(samples(0.3, first, count))) << count << " from " << first;
 }
 
+/// Ten places out of tolerance, and more samples there than the watch wants in a row: all but the ten touched nothing.
+TEST_F(ToleranceWatchTest, WhereNothingWasTouchedNothingIsSaid) {
+    auto measured = samples(0.3, 60, 40);
+    ASSERT_TRUE(seen(measured));
+    for (std::size_t i = 60; i < 100; ++i)
+        if (i % 4 != 0) measured[i].flags = core::sample_flag::no_contact;
+    EXPECT_FALSE(seen(measured));
+}
+
 TEST_F(ToleranceWatchTest, NothingIsSaidWithoutALimitOrOfAFilteredProfile) {
     const auto measured = all(0.2);
     ASSERT_TRUE(seen(measured));

@@ -12,6 +12,7 @@
 
 #include "fitting/centre_curve.hpp"
 #include "fitting/offset.hpp"
+#include "support/contour_change.hpp"
 #include "support/twisted_blade.hpp"
 
 namespace cmm::fitting {
@@ -68,6 +69,7 @@ Tally3 judge(const families::TwistedBlade& blade, const families::ScanOptions& s
         const auto status = compensation.add(flat(rows.rows[k]), rows.heights[k], hints(blade, rows.heights[k]));
         EXPECT_TRUE(status) << blade.name() << " " << k << ": " << status.error().message;
     }
+    EXPECT_TRUE(compensation.fit());
     Tally3 tally;
     for (std::size_t k = 0; k < rows.rows.size(); k += 3) {
         const auto truth = blade.section(rows.heights[k]);
@@ -123,6 +125,7 @@ TEST(Compensation, NormalsLeanAndPlanesAreMet) {
     SurfaceCompensation compensation(ball_mm);
     for (std::size_t k = 0; k < rows.rows.size(); ++k)
         ASSERT_TRUE(compensation.add(flat(rows.rows[k]), rows.heights[k], hints(blade, rows.heights[k])));
+    ASSERT_TRUE(compensation.fit());
     const double z = 0.47 * blade.height();
     const auto contour = compensation.contour(z, 500);
     ASSERT_TRUE(contour);
@@ -144,18 +147,43 @@ TEST(Compensation, ASectionIsProvisionalUntilTheNextHasClosed) {
     SurfaceCompensation compensation(ball_mm);
     EXPECT_FALSE(compensation.contour(10)) << "nothing there yet";
     for (std::size_t k = 0; k < rows.rows.size(); ++k) {
+        const auto provisional = k > 4 ? compensation.contour(rows.heights[k - 1]) : ContactContour();
+        ASSERT_TRUE(provisional);
         ASSERT_TRUE(compensation.add(flat(rows.rows[k]), rows.heights[k], hints(blade, rows.heights[k])));
-        if (k < 4) continue;
-        EXPECT_FALSE(compensation.contour(rows.heights[k])->final);
+        EXPECT_FALSE(compensation.contour(rows.heights[k])) << "the surface is not yet laid";
+        EXPECT_EQ(compensation.fit().has_value(), k > 0);
+        if (k <= 4) continue;
+        EXPECT_FALSE(provisional->final);
         const auto below = compensation.contour(rows.heights[k - 1]);
         ASSERT_TRUE(below);
         EXPECT_TRUE(below->final);
-        EXPECT_GT(below->change_mm, 0.0);
-        EXPECT_LT(below->change_mm, 0.020);
+        const double change_mm = families::contour_change_mm(*provisional, *below);
+        EXPECT_GT(change_mm, 0.0);
+        EXPECT_LT(change_mm, 0.020);
     }
     EXPECT_FALSE(compensation.contour(9.0));
     EXPECT_FALSE(compensation.contour(41.0));
     EXPECT_FALSE(compensation.contour(std::nan("")));
+}
+
+TEST(Compensation, AGrowingSurfaceIsThatOfTheNewestSections) {
+    const families::TwistedBlade blade(families::Family::compressor, 2);
+    const auto rows = families::scan_rows(blade, 8, 10, 40, {});
+    SurfaceCompensation all(ball_mm), newest(ball_mm, 4), last(ball_mm);
+    for (std::size_t k = 0; k < rows.rows.size(); ++k)
+        for (SurfaceCompensation* surface : {&all, &newest, &last}) {
+            if (surface == &last && k < 4) continue;
+            ASSERT_TRUE(surface->add(flat(rows.rows[k]), rows.heights[k], hints(blade, rows.heights[k])));
+        }
+    for (SurfaceCompensation* surface : {&all, &newest, &last})
+        ASSERT_TRUE(surface->fit());
+    EXPECT_EQ(all.rows().size(), 8U);
+    ASSERT_EQ(newest.rows().size(), 4U);
+    EXPECT_EQ(newest.rows()[0].z_mm(), rows.heights[4]);
+    EXPECT_FALSE(newest.contour(rows.heights[3]));
+    const double z = rows.heights[6];
+    EXPECT_LT(families::contour_change_mm(*newest.contour(z), *last.contour(z)), 1e-4) << "edges by their neighbours";
+    EXPECT_LT(families::contour_change_mm(*newest.contour(z), *all.contour(z)), 0.003);
 }
 
 TEST(Compensation, DegenerateInputHasAName) {
@@ -176,6 +204,7 @@ TEST(Compensation, DegenerateInputHasAName) {
         p += Vec2(500, 0);
     EXPECT_FALSE(compensation.add(elsewhere, 15, options)) << "another part";
     ASSERT_TRUE(compensation.add(flat(rows.rows[1]), rows.heights[1], options));
+    ASSERT_TRUE(compensation.fit());
     const auto between = compensation.contour(12.0);
     ASSERT_TRUE(between) << between.error().message;
     const auto truth = blade.section(12.0);
@@ -201,6 +230,7 @@ TEST(Compensation, HugeAndTinyParts) {
             const auto status = compensation.add(points, scale * rows.heights[k], options);
             ASSERT_TRUE(status) << scale << ": " << status.error().message;
         }
+        ASSERT_TRUE(compensation.fit());
         const auto contour = compensation.contour(scale * 25.0);
         ASSERT_TRUE(contour) << contour.error().message;
         const auto truth = blade.section(25.0);

@@ -40,6 +40,7 @@ struct MeasuredBlade {
             EXPECT_TRUE(surface.add(fit->centres.curve, rows.heights[k], hinted.le_hint, hinted.te_hint));
             flat.push_back(std::move(*fit));
         }
+        EXPECT_TRUE(surface.fit());
     }
     core::Result<SurfaceSection> section(std::size_t k) const {
         return compensate_section(surface, rows.heights[k], flat[k], options);

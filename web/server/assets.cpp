@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "web/server/assets.hpp"
 
-// CMMLIVE_DIST is the folder web/dist; the assembler takes the files as they are.
+// CMMLIVE_PAGE is the folder web; the assembler takes the files as they are.
 #define CMMLIVE_ASSET(name, file)                                                                                  \
-    __asm__(".section .rodata\n.global cmmlive_asset_" #name "\ncmmlive_asset_" #name ":\n.incbin \"" CMMLIVE_DIST \
+    __asm__(".section .rodata\n.global cmmlive_asset_" #name "\ncmmlive_asset_" #name ":\n.incbin \"" CMMLIVE_PAGE \
             "/" file "\"\n.global cmmlive_asset_" #name "_end\ncmmlive_asset_" #name "_end:\n.previous\n");        \
     extern "C" const char cmmlive_asset_##name[];                                                                  \
     extern "C" const char cmmlive_asset_##name##_end[];
 
-CMMLIVE_ASSET(index, "index.html")
-CMMLIVE_ASSET(style, "style.css")
-CMMLIVE_ASSET(script, "app.js")
-CMMLIVE_ASSET(icon, "icon.svg")
+CMMLIVE_ASSET(index, "ui/index.html")
+CMMLIVE_ASSET(style, "ui/style.css")
+CMMLIVE_ASSET(script, "dist/app.js")
+CMMLIVE_ASSET(icon, "ui/icon.svg")
 
 namespace cmm::web {
 

@@ -6,7 +6,7 @@
 
 namespace cmm::web {
 
-/// The files of the page (web/dist), which are part of the program.
+/// The files of the page (web/ui, its script from web/dist), which are part of the program.
 struct Asset {
     std::string_view content_type, content;
 };

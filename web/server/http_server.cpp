@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "web/server/http_server.hpp"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <boost/asio/as_tuple.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
@@ -21,6 +18,7 @@
 #include <utility>
 
 #include "acquisition/workers.hpp"
+#include "core/priority.hpp"
 #include "web/server/assets.hpp"
 
 namespace cmm::web {
@@ -33,6 +31,7 @@ namespace websocket = beast::websocket;
 using asio::ip::tcp;
 using boost::system::error_code;
 
+constexpr int niceness = 10;  // what measures goes first
 constexpr std::size_t most_connections = 64;
 constexpr std::size_t most_header_bytes = 8 * 1024;
 constexpr std::size_t most_body_bytes = 64 * 1024;
@@ -44,12 +43,6 @@ constexpr auto look_again = std::chrono::milliseconds(300);  // at a run file th
 constexpr std::string_view token_protocol = "cmmlive.token.";
 
 const auto no_throw = asio::as_tuple(asio::use_awaitable);
-
-/// What measures goes first.
-void be_modest() {
-    constexpr int niceness = 10;
-    static_cast<void>(::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), niceness));
-}
 
 std::string text_of(beast::string_view text) {
     return {text.data(), text.size()};
@@ -149,7 +142,7 @@ struct HttpServer::Impl {
     std::unordered_set<Listener*> listeners;
     asio::io_context context;  // destroyed before what its coroutines use
     tcp::acceptor acceptor;
-    acquisition::Workers desk{1};  // drained before the context, where its answers go
+    acquisition::Workers desk{1, niceness};  // drained before the context, where its answers go
     std::thread thread;
 };
 
@@ -330,10 +323,9 @@ core::Result<std::unique_ptr<HttpServer>> HttpServer::start(const std::string& a
     asio::co_spawn(impl->context, impl->accept(), asio::detached);
     feed.on_news([at = impl.get()] { asio::post(at->context, [at] { at->wake(); }); });
     impl->thread = std::thread([at = impl.get()] {
-        be_modest();
+        core::stand_back(niceness);
         at->context.run();
     });
-    impl->desk.post(be_modest);
     return std::unique_ptr<HttpServer>(new HttpServer(std::move(impl)));
 }
 
