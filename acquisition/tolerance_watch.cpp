@@ -51,7 +51,7 @@ std::optional<Exceedance> ToleranceWatch::look(const fitting::LiveSpline::Point&
     found.sequence = place.sequence;
     const auto compared = setup_->nominal->reference.compare(found.position_mm, place.normal, near_mm_);
     near_mm_ = compared.s_mm;
-    if (place.doubtful || !compared.deviation_mm) return std::nullopt;
+    if (place.doubtful || place.skipped || !compared.deviation_mm) return std::nullopt;
     const auto limit = limit_at(compared.s_mm);
     if (!limit) return std::nullopt;
     found.zone = setup_->nominal->section.zone_at(compared.s_mm);

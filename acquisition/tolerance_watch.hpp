@@ -23,13 +23,13 @@ struct Exceedance {
 };
 
 /// Watches the smoothed places of a section while it is measured, and says when no other points could make it conform:
-/// eleven neighbours in a row, none of them in doubt, lie on one side of the nominal beyond half the width of their
-/// profile zone, each by more than its guard. The guard holds for all looks at a section together: k sigma, k by Sidak
-/// (1967) so that of a part just within tolerance one in a thousand sections is called out at most (normal noise), and
-/// where there is too much material the error of the 2-D offset (A22). A bad point is no neighbour in the row, and runs
-/// of bad points are shorter than it. Near the border of an edge the wider limit counts, because the measured edge may
-/// end elsewhere than the nominal's; where one of the two carries no limit nothing is said. Nothing is said either of
-/// profiles that are filtered. Constant time a place; one owner.
+/// eleven neighbours in a row, all touched and none in doubt, lie on one side of the nominal beyond half the width of
+/// their profile zone, each by more than its guard. The guard holds for all looks at a section together: k sigma, k by
+/// Sidak (1967) so that of a part just within tolerance one in a thousand sections is called out at most (normal
+/// noise), and where there is too much material the error of the 2-D offset (A22). A bad point is no neighbour in the
+/// row, and runs of bad points are shorter than it. Near the border of an edge the wider limit counts, because the
+/// measured edge may end elsewhere than the nominal's; where one of the two carries no limit nothing is said. Nothing
+/// is said either of profiles that are filtered. Constant time a place; one owner.
 class ToleranceWatch {
   public:
     static constexpr std::size_t in_a_row = 11;

@@ -171,10 +171,10 @@ LiveSpline::Point LiveSpline::point(std::size_t back) const {
     const Smoothed& smoothed = window_[back];
     ArcState state = displaced(smoothed.at->state, smoothed.by);
     state.covariance = smoothed.covariance;
-    const bool bad = smoothed.at->role == SampleRole::bad;
-    out.doubtful = bad || smoothed.at->role == SampleRole::skipped;
+    out.doubtful = smoothed.at->role == SampleRole::bad;
+    out.skipped = smoothed.at->role == SampleRole::skipped;
     double variance = smoothed.covariance.dd;
-    if (const ArcFoot foot = foot_on_arc(state, sample.centre); bad && foot.reached) {
+    if (const ArcFoot foot = foot_on_arc(state, sample.centre); out.doubtful && foot.reached) {
         variance = carried_variance(state, foot) + process_variance(sample.evidence.roughness(), foot.length);
         state.position = sample.centre - foot.offset * left_of(foot.tangent);
         state.tangent = foot.tangent;

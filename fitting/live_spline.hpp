@@ -42,7 +42,8 @@ class LiveSpline {
         Vec2 normal = Vec2::UnitY();   ///< unit, out of the material
         double curvature = 0.0;        ///< 1/mm, positive where the section is convex
         double sigma_mm = 0.0;         ///< standard uncertainty of the position, across the curve
-        bool doubtful = false;         ///< at present the sample does not count: bad, or excluded
+        bool doubtful = false;         ///< at present the sample counts as bad
+        bool skipped = false;          ///< the sample was never to count
     };
     struct Prediction {
         bool valid = false;

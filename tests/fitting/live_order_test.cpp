@@ -152,6 +152,7 @@ TEST(LiveOrder, WhatDoesNotCountKeepsItsPlaceOnly) {
         curve.add(++sequence, scan[i] + Vec2(0.3, 0.3), true);
         EXPECT_EQ(curve.newest().sequence, sequence);
         EXPECT_FALSE(curve.newest().doubtful);
+        EXPECT_TRUE(curve.newest().skipped);
         EXPECT_EQ(curve.predict(0.1).centre, before.centre);
     }
 }
