@@ -97,7 +97,7 @@ std::string characteristic_payload(std::size_t section, const Characteristic& ch
         .text();
 }
 
-std::string exceedance_payload(std::size_t section, const Exceedance& exceedance) {
+std::string exceedance_payload(std::size_t section, const Exceedance& exceedance, double latency_ms) {
     return JsonFields()
         .add("section", section)
         .add("decision", acquisition::to_string(Decision::reject))
@@ -107,6 +107,7 @@ std::string exceedance_payload(std::size_t section, const Exceedance& exceedance
         .add("deviation_mm", exceedance.deviation_mm, fine_digits)
         .add("guard_mm", exceedance.guard_mm, fine_digits)
         .add("limit_mm", exceedance.limit_mm, fine_digits)
+        .add("latency_ms", latency_ms, 3)
         .text();
 }
 

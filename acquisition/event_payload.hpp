@@ -17,7 +17,7 @@ std::string final_payload(const SectionResult& section, std::optional<double> la
 std::string revised_payload(const SectionResult& section);
 std::string rejected_payload(std::size_t section, const RecordedPoint& point);
 std::string characteristic_payload(std::size_t section, const Characteristic& characteristic);
-std::string exceedance_payload(std::size_t section, const Exceedance& exceedance);
+std::string exceedance_payload(std::size_t section, const Exceedance& exceedance, double latency_ms);
 std::string decision_payload(std::size_t section, Decision decision);
 std::string link_payload(const drivers::LinkStats& stats);
 

@@ -54,6 +54,8 @@ class EventHub {
     void listen(Listener listener);
     void emit(EventKind kind, double t_machine_s, std::string payload);
     std::uint64_t last_seq() const;
+    /// Milliseconds since an instant of the clock.
+    double age_ms(core::Duration since) const { return core::seconds(clock_.now() - since) * 1e3; }
 
   private:
     const core::Clock& clock_;

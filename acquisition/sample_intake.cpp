@@ -84,7 +84,8 @@ void SampleIntake::tell_if_out() {
     if (told_out_ || !section_->exceedance()) return;
     told_out_ = true;
     events_.emit(EventKind::gate_decision, section_->last_machine_time_s(),
-                 exceedance_payload(section_->setup().index, *section_->exceedance()));
+                 exceedance_payload(section_->setup().index, *section_->exceedance(),
+                                    events_.age_ms(*section_->last_sample_host_time())));
 }
 
 void SampleIntake::emit_progress(bool force) {

@@ -90,6 +90,16 @@ struct ServeOptions {
 };
 int run_serve(const ServeOptions& options);
 
+struct CellSettings {
+    std::string machine, parts, runs;
+    std::string plc = "modbus+tcp://127.0.0.1:5020";
+    std::vector<std::string> allow;  ///< addresses and networks that may connect there
+    double watchdog_ms = 2000.0;
+    double wait_s = -1.0;  ///< negative: as the part files say
+    bool stop_when_rejected = false, json = false;
+};
+int run_cell(const CellSettings& options);
+
 struct DevicesOptions {
     std::vector<std::string> devices;  ///< besides those that are found
     bool json = false;

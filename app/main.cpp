@@ -30,6 +30,7 @@ class CommandLine {
         add_gate();
         add_export();
         add_serve();
+        add_cell();
         add_devices();
         add_doctor();
         add_config();
@@ -181,6 +182,26 @@ class CommandLine {
         c->add_option("--out", export_.out, "file or, for csv, folder")->required();
     }
 
+    void add_cell() {
+        auto* c = add("cell", "measure part after part for a PLC (docs/cell.md)", cell_, cmm::app::run_cell);
+        c->add_option("--machine", cell_.machine, "machine file or URL")->required();
+        c->add_option("--parts", cell_.parts, "folder of part files whose names begin with a program number")
+            ->required();
+        c->add_option("--runs", cell_.runs, "folder for the runs, one folder each, and for what survives a restart")
+            ->required();
+        c->add_option("--plc", cell_.plc, "where the PLC finds its registers; port 0: a free one")
+            ->capture_default_str();
+        c->add_option("--plc-allow", cell_.allow,
+                      "an address or network that may connect there (default: this machine alone), several times");
+        c->add_option("--plc-watchdog-ms", cell_.watchdog_ms,
+                      "a PLC whose heartbeat stands still for longer is gone, and the machine is stopped")
+            ->check(CLI::Range(100.0, 60000.0))
+            ->capture_default_str();
+        c->add_flag("--stop-when-rejected", cell_.stop_when_rejected,
+                    "end a run as soon as its verdict is certain to be reject");
+        add_wait(*c, cell_.wait_s);
+    }
+
     void add_devices() {
         auto* c =
             add("devices", "list the serial ports: what they are, and who holds them", devices_, cmm::app::run_devices);
@@ -214,6 +235,7 @@ class CommandLine {
     cmm::app::GateOptions gate_;
     cmm::app::ExportOptions export_;
     cmm::app::ServeOptions serve_;
+    cmm::app::CellSettings cell_;
     cmm::app::DevicesOptions devices_;
     cmm::app::DoctorOptions doctor_;
     cmm::app::ConfigOptions config_;

@@ -6,20 +6,17 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/strand.hpp>
-#include <chrono>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <filesystem>
 #include <optional>
-#include <random>
-#include <thread>
 
 #include "acquisition/exports.hpp"
 #include "acquisition/run_results.hpp"
 #include "acquisition/scan_job.hpp"
 #include "app/console.hpp"
 #include "app/hand_commands.hpp"
+#include "app/job_request.hpp"
 #include "app/machines.hpp"
 #include "app/run_page.hpp"
 #include "app/stop_signals.hpp"
@@ -29,17 +26,6 @@ namespace cmm::app {
 namespace {
 
 namespace asio = boost::asio;
-
-std::uint64_t random_seed() {
-    std::random_device device;
-    return (static_cast<std::uint64_t>(device()) << 32U) | device();
-}
-
-std::string new_run_id(const std::string& started_utc) {
-    char text[32];
-    std::snprintf(text, sizeof text, "-%08x", static_cast<unsigned>(random_seed()));
-    return started_utc + text;
-}
 
 core::Status prepare_folder(const std::string& out, bool resume) {
     std::error_code code;
@@ -56,45 +42,16 @@ core::Status prepare_folder(const std::string& out, bool resume) {
 }
 
 core::Result<acquisition::ScanRequest> make_request(const RunnerOptions& options, const std::string& machine_url) {
-    acquisition::ScanRequest request;
     auto part = options.known_part ? core::Result<acquisition::PartFile>(*options.known_part)
                                    : acquisition::load_part_file(options.part);
     if (!part) return tl::unexpected(part.error());
-    auto nominal = acquisition::load_nominal(part->nominal);
-    if (!nominal) return tl::unexpected(nominal.error());
-    request.part = std::move(*part);
-    if (options.wait_s >= 0.0) request.part.scan.wait_s = options.wait_s;
-    if (options.stop_when_rejected) request.part.scan.stop_when_rejected = true;
-    request.nominal = std::move(*nominal);
-    request.run_file = options.out + "/run.cmmrun";
-    request.resume = options.resume;
-    request.touch = options.touch;
-    request.machine_url = machine_url;
-    request.software_version = "cmmlive " + version();
-    request.started_utc = utc_now();
-    request.run_id = new_run_id(request.started_utc);
+    if (options.wait_s >= 0.0) part->scan.wait_s = options.wait_s;
+    if (options.stop_when_rejected) part->scan.stop_when_rejected = true;
+    auto request = new_request(std::move(*part), options.out, machine_url);
+    if (!request) return request;
+    request->resume = options.resume;
+    request->touch = options.touch;
     return request;
-}
-
-/// The user does not want to wait for the orderly end: the machine is told to stop once more, then the process is gone.
-/// The run file is made for being cut off at any instant.
-[[noreturn]] void abort_run(drivers::Machine& machine, bool json) {
-    constexpr auto patience = std::chrono::seconds(1);
-    const auto before = machine.link_stats();
-    core::Error error{core::ErrorCode::cancelled, "aborted before the machine was reached", {}, core::Motion::unknown};
-    if (before.bytes_sent > 0) {
-        machine.stop(drivers::StopKind::controlled);
-        const auto give_up = std::chrono::steady_clock::now() + patience;
-        while (machine.link_stats().stops == before.stops && std::chrono::steady_clock::now() < give_up)
-            std::this_thread::sleep_for(std::chrono::milliseconds(2));
-        const bool told = machine.link_stats().stops > before.stops;
-        error.message = told ? "aborted; the machine was told to stop"
-                             : "aborted; the machine could not be told to stop, its watchdog does it";
-        error.motion = core::Motion::may_be_moving;
-    }
-    const int code = report(error, json);
-    std::fflush(nullptr);
-    std::_Exit(code);
 }
 
 /// An operator has decided about points while the run went on: the outputs follow.

@@ -23,7 +23,8 @@ const std::map<std::string, std::set<std::string>> allowed{
     {"cad", {"core", "fitting", "cad"}},
     {"acquisition", {"core", "fitting", "drivers", "cad", "acquisition"}},
     {"web", {"core", "fitting", "drivers", "acquisition", "web"}},
-    {"app", {"core", "fitting", "drivers", "cad", "acquisition", "web", "sim", "app"}},
+    {"cell", {"core", "cell"}},
+    {"app", {"core", "fitting", "drivers", "cad", "acquisition", "web", "cell", "sim", "app"}},
 };
 
 // Layers whose third-party world is closed: only these beside the standard library and POSIX.

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "app/cell_service.hpp"
+
+#include <algorithm>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <utility>
+
+#include "app/job_request.hpp"
+#include "drivers/endpoint.hpp"
+
+namespace cmm::app {
+namespace {
+
+namespace asio = boost::asio;
+
+core::Result<cell::PlcServerOptions> server_options(const CellSettings& settings) {
+    const auto place = drivers::Endpoint::parse(settings.plc);
+    if (!place) return tl::unexpected(place.error());
+    if (place->scheme != "modbus+tcp" || place->options.contains("in_flight")) {
+        return core::fail(core::ErrorCode::usage,
+                          settings.plc + ": a PLC is served at modbus+tcp://ADDRESS:PORT, with ?unit=N if need be");
+    }
+    cell::PlcServerOptions options;
+    options.address = place->host == "localhost" ? "127.0.0.1" : place->host;
+    options.port = place->port;
+    options.unit = static_cast<std::uint8_t>(place->integer("unit", 1));
+    options.watchdog = core::from_ms(settings.watchdog_ms);
+    for (const auto& peer : settings.allow)
+        if (auto status = options.peers.add(peer); !status) return tl::unexpected(status.error());
+    return options;
+}
+
+std::string line_of(const cell::Order& order, const std::string& text) {
+    return "run " + std::to_string(order.run) + ", program " + std::to_string(order.program) +
+           (order.serial.empty() ? "" : ", " + order.serial) + ": " + text;
+}
+
+}  // namespace
+
+CellService::CellService(CellSettings settings, const core::Clock& clock)
+    : settings_(std::move(settings)), clock_(clock), progress_(settings_.json) {}
+
+core::Status CellService::start() {
+    auto link = drivers::link_settings_from(settings_.machine);
+    if (!link) return tl::unexpected(link.error());
+    link_ = std::move(*link);
+    auto programs = find_programs(settings_.parts);
+    if (!programs) return tl::unexpected(programs.error());
+    programs_ = std::move(*programs);
+    std::error_code code;
+    std::filesystem::create_directories(settings_.runs, code);
+    if (code) return core::fail(core::ErrorCode::journal_io, settings_.runs + ": cannot be made: " + code.message());
+    record_file_ = settings_.runs + "/cell.json";
+    auto record = cell::load_record(record_file_);
+    if (!record) return tl::unexpected(record.error());
+    record->order.run = std::max(record->order.run, last_run_in(settings_.runs));
+    auto server = server_options(settings_);
+    if (!server) return tl::unexpected(server.error());
+
+    cell::CellFront::Options options;
+    options.server = std::move(*server);
+    options.cell.watchdog = options.server.watchdog;
+    options.cell.restored = std::move(*record);
+    for (const auto& [number, file] : programs_)
+        options.cell.programs.insert(number);
+    host_ = options.server.address;
+    cell::CellHost host;
+    host.record = [this](const cell::CellRecord& what) { asio::post(context_, [this, what] { keep(what); }); };
+    host.run = [this](const cell::Order& order) {
+        {
+            const std::lock_guard guard(run_mutex_);
+            stop_asked_ = false;
+        }
+        asio::post(context_, [this, order] { run(order); });
+    };
+    host.stop = [this] {
+        const std::lock_guard guard(run_mutex_);
+        stop_asked_ = true;
+        if (run_) run_->stop();
+    };
+    auto front = cell::CellFront::start(options, std::move(host), clock_, {}, {});
+    if (!front) return tl::unexpected(front.error());
+    front_ = std::move(*front);
+    return {};
+}
+
+std::string CellService::url() const {
+    const bool bracketed = host_.find(':') != std::string::npos;
+    return "modbus+tcp://" + (bracketed ? "[" + host_ + "]" : host_) + ":" + std::to_string(front_->port());
+}
+
+void CellService::serve() {
+    context_.run();
+}
+
+/// The handshake goes on also where the disk does not: a result that nobody may hear would be lost for certain.
+void CellService::keep(const cell::CellRecord& record) {
+    if (const auto status = cell::save_record(record_file_, record); !status)
+        progress_.line("cmmlive: " + status.error().text());
+    if (record.phase == cell::CellRecord::Phase::done) {
+        progress_.line(line_of(record.order, std::string(cell::to_string(record.outcome.result)) +
+                                                 (record.outcome.reason == cell::Reason::none ? "" : ", ") +
+                                                 std::string(cell::text_of(record.outcome.reason))));
+    }
+    front_->recorded();
+}
+
+void CellService::run(const cell::Order& order) {
+    progress_.line(line_of(order, programs_.at(order.program)));
+    CellRunHooks hooks;
+    hooks.progress = [this](double share, std::size_t section, const std::string& text) {
+        front_->progress(share, section);
+        if (!text.empty()) progress_.show(share, text);
+    };
+    hooks.rejected = [this](std::size_t section, core::Duration arrived) {
+        front_->rejected_for_certain(section, arrived);
+    };
+    hooks.ended = [this](const cell::Outcome& outcome) { ended(outcome); };
+    auto made = std::make_unique<CellRun>(context_, link_, clock_, workers_, std::move(hooks));
+    CellRun::Order what;
+    what.part_file = programs_.at(order.program);
+    what.serial = order.serial;
+    what.folder = settings_.runs + "/" + run_folder_name(order.run, order.serial);
+    what.stop_when_rejected = settings_.stop_when_rejected;
+    what.wait_s = settings_.wait_s;
+    if (const auto status = made->prepare(what); !status) {
+        progress_.line("cmmlive: " + status.error().text());
+        const auto code = status.error().code;
+        constexpr int wrong_input = 3;
+        const auto reason =
+            core::exit_code(code) == wrong_input ? cell::Reason::program_invalid : cell::reason_of(code);
+        return ended({cell::CellResult::error, reason, false});
+    }
+    {
+        const std::lock_guard guard(run_mutex_);
+        run_ = std::move(made);
+        if (stop_asked_) run_->stop();
+    }
+    run_->begin();
+}
+
+void CellService::ended(const cell::Outcome& outcome) {
+    front_->ended(outcome);
+    // The PLC hears the result first; the record comes before the files, in the order of this thread's work.
+    asio::post(context_, [this] { finish_run(); });
+}
+
+void CellService::finish_run() {
+    if (!run_) return;
+    if (run_->outcome().error) progress_.line("cmmlive: " + run_->outcome().error->text());
+    if (const auto status = run_->write_files(); !status) progress_.line("cmmlive: " + status.error().text());
+    const std::lock_guard guard(run_mutex_);
+    run_.reset();
+}
+
+void CellService::end_orderly() {
+    front_->shut_down();
+    asio::post(context_, [this] { end_when_at_rest(); });
+}
+
+void CellService::end_when_at_rest() {
+    constexpr auto again = std::chrono::milliseconds(20);
+    const auto state = front_->view().state;
+    const bool rests = state == cell::CellState::waiting || state == cell::CellState::done;
+    if (rests && !run_) return work_.reset();
+    auto timer = std::make_shared<asio::steady_timer>(context_, again);
+    timer->async_wait([this, timer](const boost::system::error_code&) { end_when_at_rest(); });
+}
+
+void CellService::abort() {
+    {
+        const std::lock_guard guard(run_mutex_);
+        if (run_) abort_run(run_->machine(), settings_.json);
+    }
+    std::_Exit(0);
+}
+
+}  // namespace cmm::app

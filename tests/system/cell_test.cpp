@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: Apache-2.0
+// The cell as a plant starts it: a PLC in Python measures parts on the simulated machine.
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/process.hpp"
+#include "tests/system/simulated_machine.hpp"
+
+namespace cmm::test {
+namespace {
+
+std::string text_of(const std::string& file) {
+    std::ifstream in(file);
+    return {std::istreambuf_iterator<char>(in), {}};
+}
+
+void replace(std::string& text, const std::string& from, const std::string& to) {
+    const auto at = text.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+}
+
+/// Two sections: short runs.
+constexpr const char* small_part = "tests/system/parts/fault-job.toml";
+/// Eight sections: runs in whose middle something can happen.
+constexpr const char* long_part = "config/parts/demo.toml";
+
+class CellSystemTest : public ::testing::Test {
+  protected:
+    /// Program 1 is what lies on the machine, program 2 a blade 0.3 mm thicker, program 3 is broken.
+    void prepare(const std::string& part, const std::string& speed) {
+        if (run({"/usr/bin/python3", "-c", "import pymodbus"}).exit_code != 0)
+            GTEST_SKIP() << "apt-get install python3-pymodbus";
+        std::filesystem::create_directory(folder / "parts");
+        std::string text = text_of(part);
+        std::ofstream(folder / "parts/1-good.toml") << text;
+        replace(text, "thickness_root_mm = 6.0", "thickness_root_mm = 6.3");
+        replace(text, "thickness_tip_mm = 4.0", "thickness_tip_mm = 4.3");
+        std::ofstream(folder / "parts/002.toml") << text;
+        std::ofstream(folder / "parts/3 broken.toml") << "[part]\nname = 3\n";
+        std::ofstream(folder / "parts/readme.txt") << "not a part\n";
+        machine = std::make_unique<SimulatedMachine>(part, folder, std::vector<std::string>{"--speed", speed});
+        ASSERT_FALSE(machine->url().empty());
+    }
+    void start(const std::vector<std::string>& more = {}) {
+        std::vector<std::string> arguments{
+            cmmlive(),        "cell",   "--machine",     machine->url(), "--parts",
+            folder / "parts", "--runs", folder / "runs", "--plc",        "modbus+tcp://127.0.0.1:0",
+            "--json"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        cell = std::make_unique<Process>(arguments, folder / ("cell" + std::to_string(++starts)));
+        ASSERT_TRUE(wait_for([&] { return cell->out().find('\n') != std::string::npos || !cell->running(); }));
+        const std::string out = cell->out();
+        const auto colon = out.rfind(':');
+        ASSERT_NE(colon, std::string::npos) << cell->err();
+        port = out.substr(colon + 1, out.find('"', colon) - colon - 1);
+    }
+    void plc(const std::string& script, const std::string& argument) const {
+        const auto outcome =
+            run({"/usr/bin/python3", "tests/peers/" + script, port, argument}, std::chrono::seconds(150));
+        EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err << cell->err();
+    }
+    void end() {
+        cell->signal(SIGTERM);
+        EXPECT_EQ(cell->wait(std::chrono::seconds(20)).exit_code, 0) << cell->err();
+    }
+    nlohmann::json record() const { return nlohmann::json::parse(text_of(folder / "runs/cell.json"), nullptr, false); }
+
+    TemporaryFolder folder;
+    std::unique_ptr<SimulatedMachine> machine;
+    std::unique_ptr<Process> cell;
+    std::string port;
+    int starts = 0;
+};
+
+TEST_F(CellSystemTest, TenPartsThroughTheHandshakeWithLostConnections) {
+    prepare(small_part, "6");
+    if (IsSkipped()) return;
+    start({"--stop-when-rejected"});
+    plc("cell_plc.py", "10");
+    // Files are written behind the result; the service ends behind its files.
+    end();
+    std::vector<std::string> serials;
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "runs"))
+        if (entry.is_directory()) serials.push_back(entry.path().filename());
+    std::sort(serials.begin(), serials.end());
+    ASSERT_EQ(serials.size(), 10U);
+    for (std::size_t i = 0; i < serials.size(); ++i) {
+        const std::string serial = "PY-000" + std::to_string(i);
+        EXPECT_TRUE(serials[i].ends_with("-" + serial)) << serials[i];
+        const std::string path = folder / ("runs/" + serials[i]);
+        const auto result = nlohmann::json::parse(text_of(path + "/result.json"), nullptr, false);
+        ASSERT_TRUE(result.is_object()) << serials[i];
+        EXPECT_EQ(result.at("verdict"), i % 3 == 2 ? "reject" : "accept");
+        EXPECT_EQ(result.at("part").at("serial"), serial);
+        // The run file alone knows which part it was.
+        ASSERT_EQ(run({cmmlive(), "export", path, "--format", "json", "--out", folder / "again.json"}).exit_code, 0);
+        EXPECT_EQ(nlohmann::json::parse(text_of(folder / "again.json")).at("part").at("serial"), serial);
+    }
+    EXPECT_EQ(record().at("phase"), "cleared");
+}
+
+TEST_F(CellSystemTest, WhateverStopsARunTheMachineRestsAndThePlcHearsWhy) {
+    prepare(long_part, "5");
+    if (IsSkipped()) return;
+    start();
+    plc("cell_faults.py", "stops");
+    // The machine's own word.
+    const auto asked = run({cmmlive(), "doctor", "--machine", machine->url(), "--json"});
+    const auto state = nlohmann::json::parse(asked.out, nullptr, false);
+    ASSERT_TRUE(state.is_object()) << asked.err;
+    EXPECT_TRUE(state.at("machine").at("state") == "idle" || state.at("machine").at("state") == "stopped") << asked.out;
+    plc("cell_faults.py", "refusals");
+    end();
+}
+
+TEST_F(CellSystemTest, KilledAtAnyPointItLosesNothingAndDoublesNothing) {
+    prepare(long_part, "20");
+    if (IsSkipped()) return;
+    start();
+    plc("cell_faults.py", "begin");
+    EXPECT_EQ(record().at("phase"), "measuring");
+    cell->signal(SIGKILL);
+    cell->wait(std::chrono::seconds(5));
+    start();
+    plc("cell_faults.py", "killed");
+    plc("cell_faults.py", "standing");
+    EXPECT_EQ(record().at("phase"), "done");
+    cell->signal(SIGKILL);
+    cell->wait(std::chrono::seconds(5));
+    start();
+    plc("cell_faults.py", "stands");
+    end();
+    EXPECT_EQ(record().at("phase"), "cleared");
+    EXPECT_EQ(record().at("run"), 3);
+}
+
+TEST_F(CellSystemTest, TheEndOfTheServiceStopsTheMachineFirst) {
+    prepare(long_part, "5");
+    if (IsSkipped()) return;
+    start();
+    plc("cell_faults.py", "begin");
+    end();
+    EXPECT_EQ(record().at("phase"), "done");
+    EXPECT_EQ(record().at("result"), 4);
+    // It had gone on being alone for no longer than the script was away: either is true, and told.
+    EXPECT_TRUE(record().at("reason") == 204 || record().at("reason") == 202) << record();
+    const auto asked = run({cmmlive(), "doctor", "--machine", machine->url(), "--json"});
+    EXPECT_NE(asked.out.find("\"state\":\"stopped\""), std::string::npos) << asked.out;
+}
+
+TEST_F(CellSystemTest, WhatItCannotServeItDoesNotBegin) {
+    prepare(small_part, "0");
+    if (IsSkipped()) return;
+    const auto refused = [&](const std::vector<std::string>& change) {
+        std::vector<std::string> arguments{cmmlive(), "cell", "--machine", machine->url(), "--runs", folder / "runs"};
+        arguments.insert(arguments.end(), change.begin(), change.end());
+        return run(arguments, std::chrono::seconds(10));
+    };
+    const std::string parts = folder / "parts";
+    EXPECT_EQ(refused({"--parts", parts, "--plc", "modbus+tcp://0.0.0.0:0"}).exit_code, 3) << "open to all";
+    EXPECT_EQ(refused({"--parts", parts, "--plc", "modbus+rtu:///dev/ttyS0"}).exit_code, 3);
+    EXPECT_EQ(refused({"--parts", parts, "--plc", "modbus+tcp://127.0.0.1:0", "--plc-allow", "plc"}).exit_code, 3);
+    EXPECT_EQ(refused({"--parts", folder.path()}).exit_code, 3) << "no programs";
+    EXPECT_EQ(refused({"--parts", parts, "--plc-watchdog-ms", "10"}).exit_code, 3);
+    std::ofstream(folder / "parts/1 again.toml") << text_of(small_part);
+    const auto twice = refused({"--parts", parts, "--plc", "modbus+tcp://127.0.0.1:0"});
+    EXPECT_EQ(twice.exit_code, 3);
+    EXPECT_NE(twice.err.find("twice"), std::string::npos) << twice.err;
+    std::filesystem::remove(folder / "parts/1 again.toml");
+    std::filesystem::create_directory(folder / "runs");
+    std::ofstream(folder / "runs/cell.json") << "{}";
+    const auto damaged = refused({"--parts", parts, "--plc", "modbus+tcp://127.0.0.1:0"});
+    EXPECT_EQ(damaged.exit_code, 3) << damaged.err;
+    EXPECT_NE(damaged.err.find("cell.json"), std::string::npos) << damaged.err;
+}
+
+}  // namespace
+}  // namespace cmm::test
