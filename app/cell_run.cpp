@@ -85,7 +85,7 @@ core::Status CellRun::prepare(const Order& order) {
 
 asio::awaitable<void> CellRun::go() {
     outcome_ = co_await job_->run();
-    hooks_.ended(cell_outcome(*outcome_));
+    hooks_.ended();
 }
 
 void CellRun::begin() {

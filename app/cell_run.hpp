@@ -25,7 +25,7 @@ struct CellRunHooks {
     /// Section from 1 on; a text now and then, otherwise none. The run's thread.
     std::function<void(double share, std::size_t section, const std::string& text)> progress;
     std::function<void(std::size_t section, core::Duration arrived)> rejected;  ///< for certain; any thread
-    std::function<void(const cell::Outcome&)> ended;                            ///< the run's thread
+    std::function<void()> ended;                                                ///< the run's thread
 };
 
 /// One part on the machine: a scan job with everything it needs, from the part file to the files in its folder. Made,
@@ -52,7 +52,8 @@ class CellRun {
     acquisition::ScanJob& job() { return *job_; }
     acquisition::EventHub& events() { return events_; }
     const std::string& folder() const { return folder_; }
-    const acquisition::ScanOutcome& outcome() const { return *outcome_; }
+    /// After the end.
+    acquisition::ScanOutcome& outcome() { return *outcome_; }
 
   private:
     boost::asio::awaitable<void> go();

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "app/job_request.hpp"
+#include "app/run_page.hpp"
 #include "drivers/endpoint.hpp"
 
 namespace cmm::app {
@@ -82,9 +83,25 @@ core::Status CellService::start() {
         stop_asked_ = true;
         if (run_) run_->stop();
     };
-    auto front = cell::CellFront::start(options, std::move(host), clock_, {}, {});
+    auto front = cell::CellFront::start(
+        options, std::move(host), clock_, [this](const cell::CellView& view) { metrics_.hear(view); },
+        [this](core::Duration latency) { metrics_.told(latency); });
     if (!front) return tl::unexpected(front.error());
     front_ = std::move(*front);
+    return start_page();
+}
+
+core::Status CellService::start_page() {
+    if (settings_.page.listen.empty()) return {};
+    settings_.page.runs = settings_.runs;
+    web::ServiceView view;
+    view.cell = [this] {
+        return "{" + cell_fields(front_->view()) + ",\"plc\":{" + plc_fields(front_->counts()) + "}}";
+    };
+    view.metrics = [this](web::MetricsText& text) { metrics_.print(text, front_->view(), front_->counts()); };
+    auto page = web::PageServer::start(page_options(settings_.page), {}, nullptr, std::move(view));
+    if (!page) return tl::unexpected(page.error());
+    page_ = std::move(*page);
     return {};
 }
 
@@ -114,12 +131,12 @@ void CellService::run(const cell::Order& order) {
     CellRunHooks hooks;
     hooks.progress = [this](double share, std::size_t section, const std::string& text) {
         front_->progress(share, section);
-        if (!text.empty()) progress_.show(share, text);
+        if (!text.empty()) show(share, text);
     };
     hooks.rejected = [this](std::size_t section, core::Duration arrived) {
         front_->rejected_for_certain(section, arrived);
     };
-    hooks.ended = [this](const cell::Outcome& outcome) { ended(outcome); };
+    hooks.ended = [this] { ended(); };
     auto made = std::make_unique<CellRun>(context_, link_, clock_, workers_, std::move(hooks));
     CellRun::Order what;
     what.part_file = programs_.at(order.program);
@@ -133,24 +150,50 @@ void CellService::run(const cell::Order& order) {
         constexpr int wrong_input = 3;
         const auto reason =
             core::exit_code(code) == wrong_input ? cell::Reason::program_invalid : cell::reason_of(code);
-        return ended({cell::CellResult::error, reason, false});
+        return front_->ended({cell::CellResult::error, reason, false});
     }
     {
         const std::lock_guard guard(run_mutex_);
         run_ = std::move(made);
         if (stop_asked_) run_->stop();
     }
+    begin_page();
     run_->begin();
 }
 
-void CellService::ended(const cell::Outcome& outcome) {
-    front_->ended(outcome);
-    // The PLC hears the result first; the record comes before the files, in the order of this thread's work.
+void CellService::show(double share, const std::string& text) {
+    progress_.show(share, text);
+    const std::lock_guard guard(progress_mutex_);
+    share_ = share;
+    text_ = text;
+}
+
+void CellService::begin_page() {
+    show(0.0, "begins");
+    if (!page_) return;
+    web::LiveJob live;
+    live.folder = run_->folder();
+    live.stop = [run = run_.get()] { run->stop(); };
+    live.events = &run_->events();
+    live.link = [run = run_.get()] { return run->machine().link_stats(); };
+    live.status = [this, run = run_.get()] {
+        const std::lock_guard guard(progress_mutex_);
+        return job_status(share_, text_, run->machine());
+    };
+    page_->begin_job(std::move(live), run_->events());
+}
+
+/// What an operator decided about points on the page counts for the result as well.
+void CellService::ended() {
+    if (page_) {
+        auto choice = page_->end_job();
+        if (!choice.empty()) judge_as_chosen(run_->outcome(), run_->folder() + "/run.cmmrun", std::move(choice));
+    }
+    front_->ended(cell_outcome(run_->outcome()));
     asio::post(context_, [this] { finish_run(); });
 }
 
 void CellService::finish_run() {
-    if (!run_) return;
     if (run_->outcome().error) progress_.line("cmmlive: " + run_->outcome().error->text());
     if (const auto status = run_->write_files(); !status) progress_.line("cmmlive: " + status.error().text());
     const std::lock_guard guard(run_mutex_);

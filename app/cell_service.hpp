@@ -10,11 +10,13 @@
 #include "acquisition/workers.hpp"
 #include "app/cell_programs.hpp"
 #include "app/cell_run.hpp"
+#include "app/cell_view.hpp"
 #include "app/commands.hpp"
 #include "app/console.hpp"
 #include "cell/cell_front.hpp"
 #include "core/clock.hpp"
 #include "drivers/machine_file.hpp"
+#include "web/server/page_server.hpp"
 
 namespace cmm::app {
 
@@ -28,6 +30,8 @@ class CellService {
     core::Status start();
     /// Where the PLC finds its registers.
     std::string url() const;
+    /// Empty: there is no page.
+    std::string page_url() const { return page_ ? page_->url() : std::string(); }
     const CellPrograms& programs() const { return programs_; }
     /// Until `end_orderly`; the machine rests then, as far as is known.
     void serve();
@@ -38,8 +42,11 @@ class CellService {
 
   private:
     void keep(const cell::CellRecord& record);
+    core::Status start_page();
     void run(const cell::Order& order);
-    void ended(const cell::Outcome& outcome);
+    void show(double share, const std::string& text);
+    void begin_page();
+    void ended();
     void finish_run();
     void end_when_at_rest();
 
@@ -52,10 +59,15 @@ class CellService {
     acquisition::Workers workers_;
     boost::asio::io_context context_{1};
     boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{context_.get_executor()};
-    std::mutex run_mutex_;                    // of these two: a stop comes from another thread
-    std::unique_ptr<CellRun> run_;            // set by the thread of `serve`
-    bool stop_asked_ = false;                 // also before there is a run
-    std::unique_ptr<cell::CellFront> front_;  // asks for the above until it is destroyed
+    std::mutex run_mutex_;               // of these two: a stop comes from another thread
+    std::unique_ptr<CellRun> run_;       // set by the thread of `serve`
+    bool stop_asked_ = false;            // also before there is a run
+    mutable std::mutex progress_mutex_;  // of these two
+    double share_ = 0.0;
+    std::string text_;
+    CellMetrics metrics_;
+    std::unique_ptr<cell::CellFront> front_;  // uses the above until it is destroyed
+    std::unique_ptr<web::PageServer> page_;   // likewise
 };
 
 }  // namespace cmm::app

@@ -14,11 +14,13 @@ int run_cell(const CellSettings& options) {
     CellService service(options, clock);
     if (const auto status = service.start(); !status) return report(status.error(), options.json);
     if (options.json) {
-        std::printf("{%s}\n", acquisition::JsonFields().add("plc", service.url()).text().c_str());
+        std::printf("{%s}\n",
+                    acquisition::JsonFields().add("plc", service.url()).add("page", service.page_url()).text().c_str());
     } else {
         for (const auto& [number, file] : service.programs())
             std::printf("program %u: %s\n", number, file.c_str());
         std::printf("plc: %s\n", service.url().c_str());
+        if (!service.page_url().empty()) std::printf("page: %s\n", service.page_url().c_str());
     }
     std::fflush(stdout);
     const StopSignals signals([&] { service.end_orderly(); }, [&] { service.abort(); });

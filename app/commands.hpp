@@ -96,6 +96,7 @@ struct CellSettings {
     std::vector<std::string> allow;  ///< addresses and networks that may connect there
     double watchdog_ms = 2000.0;
     double wait_s = -1.0;  ///< negative: as the part files say
+    PageSettings page;
     bool stop_when_rejected = false, json = false;
 };
 int run_cell(const CellSettings& options);

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "acquisition/nominal.hpp"
+#include "acquisition/run_results.hpp"
 #include "app/console.hpp"
 
 namespace cmm::app {
@@ -40,6 +41,17 @@ core::Result<acquisition::ScanRequest> new_request(acquisition::PartFile part, c
     request.started_utc = utc_now();
     request.run_id = new_run_id(request.started_utc);
     return request;
+}
+
+void judge_as_chosen(acquisition::ScanOutcome& outcome, const std::string& run_file,
+                     acquisition::OperatorChoice choice) {
+    auto judged = acquisition::results_of_run(run_file, nullptr, std::move(choice));
+    if (!judged) {
+        if (!outcome.error) outcome.error = judged.error();
+        return;
+    }
+    judged->complete = judged->complete && outcome.result.complete;
+    outcome.result = std::move(*judged);
 }
 
 void abort_run(drivers::Machine& machine, bool json) {

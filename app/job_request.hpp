@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "acquisition/operator_choice.hpp"
 #include "acquisition/part_file.hpp"
 #include "acquisition/scan_job.hpp"
 #include "core/error.hpp"
@@ -16,6 +17,9 @@ std::uint64_t random_seed();
 /// load_nominal.
 core::Result<acquisition::ScanRequest> new_request(acquisition::PartFile part, const std::string& out,
                                                    const std::string& machine_url);
+/// An operator has decided about points while the run went on: the outcome follows.
+void judge_as_chosen(acquisition::ScanOutcome& outcome, const std::string& run_file,
+                     acquisition::OperatorChoice choice);
 /// The user does not want to wait for the orderly end: the machine is told to stop once more, then the process is gone.
 /// The run file is made for being cut off at any instant.
 [[noreturn]] void abort_run(drivers::Machine& machine, bool json);

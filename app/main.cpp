@@ -63,15 +63,19 @@ class CommandLine {
                            "a name by which browsers may ask, beside addresses and localhost");
     }
 
-    /// For commands that run a job.
-    static void add_job_page(CLI::App& command, cmm::app::PageSettings& page) {
+    static void add_serve_option(CLI::App& command, cmm::app::PageSettings& page, const std::string& what) {
         command
             .add_option_function<std::string>(
                 "--serve",
                 [&page](const std::string& listen) { page.listen = listen.empty() ? default_listen : listen; },
-                std::string("serve the page of this run; ADDRESS:PORT (") + default_listen + " unless given)")
+                what + "; ADDRESS:PORT (" + default_listen + " unless given)")
             ->expected(0, 1)
             ->type_name("[ADDRESS:PORT]");
+    }
+
+    /// For commands that run a job.
+    static void add_job_page(CLI::App& command, cmm::app::PageSettings& page) {
+        add_serve_option(command, page, "serve the page of this run");
         command.add_option("--runs", page.runs, "the page lists the runs in this folder as well");
         command.add_flag("--stay", page.stay, "with --serve: the page stays after the run, until Ctrl-C");
         add_page(command, page);
@@ -200,6 +204,8 @@ class CommandLine {
         c->add_flag("--stop-when-rejected", cell_.stop_when_rejected,
                     "end a run as soon as its verdict is certain to be reject");
         add_wait(*c, cell_.wait_s);
+        add_serve_option(*c, cell_.page, "serve the page of the runs, /api and /metrics");
+        add_page(*c, cell_.page);
     }
 
     void add_devices() {

@@ -22,6 +22,15 @@ web::PageOptions page_options(const PageSettings& settings) {
     return options;
 }
 
+std::string job_status(double share, const std::string& text, const drivers::Machine& machine) {
+    constexpr int share_digits = 4;
+    return acquisition::JsonFields()
+        .add("share", share, share_digits)
+        .add("text", text)
+        .raw("link", "{" + acquisition::link_payload(machine.link_stats()) + "}")
+        .text();
+}
+
 void wait_for_end() {
     boost::asio::io_context context;
     boost::asio::signal_set signals(context, SIGINT, SIGTERM);
@@ -34,9 +43,13 @@ core::Status RunPage::start(const PageSettings& settings, const std::string& fol
     if (settings.listen.empty()) return {};
     web::LiveJob live;
     live.folder = folder;
-    live.status = [this, &machine] { return status(machine); };
+    live.status = [this, &machine] {
+        const std::lock_guard guard(mutex_);
+        return job_status(share_, text_, machine);
+    };
     live.stop = [&job] { job.request_stop(); };
     live.events = &events;
+    live.link = [&machine] { return machine.link_stats(); };
     auto server = web::PageServer::start(page_options(settings), std::move(live), &events);
     if (!server) return tl::unexpected(server.error());
     server_ = std::move(*server);
@@ -47,17 +60,6 @@ void RunPage::show(double share, const std::string& text) {
     const std::lock_guard guard(mutex_);
     share_ = share;
     text_ = text;
-}
-
-std::string RunPage::status(const drivers::Machine& machine) const {
-    const std::string link = acquisition::link_payload(machine.link_stats());
-    const std::lock_guard guard(mutex_);
-    constexpr int share_digits = 4;
-    return acquisition::JsonFields()
-        .add("share", share_, share_digits)
-        .add("text", text_)
-        .raw("link", "{" + link + "}")
-        .text();
 }
 
 acquisition::OperatorChoice RunPage::end() {

@@ -16,6 +16,8 @@ namespace cmm::app {
 
 /// The options of a command as the page's.
 web::PageOptions page_options(const PageSettings& settings);
+/// How a job stands, as /api/status shows it: fields of a JSON object.
+std::string job_status(double share, const std::string& text, const drivers::Machine& machine);
 /// Until SIGINT or SIGTERM.
 void wait_for_end();
 
@@ -33,8 +35,6 @@ class RunPage {
     std::string url() const { return server_ ? server_->url() : std::string(); }
 
   private:
-    std::string status(const drivers::Machine& machine) const;
-
     mutable std::mutex mutex_;
     double share_ = 0.0;
     std::string text_;

@@ -12,7 +12,6 @@
 #include <optional>
 
 #include "acquisition/exports.hpp"
-#include "acquisition/run_results.hpp"
 #include "acquisition/scan_job.hpp"
 #include "app/console.hpp"
 #include "app/hand_commands.hpp"
@@ -52,18 +51,6 @@ core::Result<acquisition::ScanRequest> make_request(const RunnerOptions& options
     request->resume = options.resume;
     request->touch = options.touch;
     return request;
-}
-
-/// An operator has decided about points while the run went on: the outputs follow.
-void judge_as_chosen(acquisition::ScanOutcome& outcome, const std::string& run_file,
-                     acquisition::OperatorChoice choice) {
-    auto judged = acquisition::results_of_run(run_file, nullptr, std::move(choice));
-    if (!judged) {
-        if (!outcome.error) outcome.error = judged.error();
-        return;
-    }
-    judged->complete = judged->complete && outcome.result.complete;
-    outcome.result = std::move(*judged);
 }
 
 }  // namespace

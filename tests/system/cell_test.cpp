@@ -54,10 +54,11 @@ class CellSystemTest : public ::testing::Test {
         arguments.insert(arguments.end(), more.begin(), more.end());
         cell = std::make_unique<Process>(arguments, folder / ("cell" + std::to_string(++starts)));
         ASSERT_TRUE(wait_for([&] { return cell->out().find('\n') != std::string::npos || !cell->running(); }));
-        const std::string out = cell->out();
-        const auto colon = out.rfind(':');
-        ASSERT_NE(colon, std::string::npos) << cell->err();
-        port = out.substr(colon + 1, out.find('"', colon) - colon - 1);
+        const auto printed = nlohmann::json::parse(cell->out(), nullptr, false);
+        ASSERT_TRUE(printed.is_object()) << cell->err();
+        const std::string url = printed.at("plc");
+        port = url.substr(url.rfind(':') + 1);
+        page = printed.at("page");
     }
     void plc(const std::string& script, const std::string& argument) const {
         const auto outcome =
@@ -73,7 +74,7 @@ class CellSystemTest : public ::testing::Test {
     TemporaryFolder folder;
     std::unique_ptr<SimulatedMachine> machine;
     std::unique_ptr<Process> cell;
-    std::string port;
+    std::string port, page;
     int starts = 0;
 };
 
@@ -137,6 +138,17 @@ TEST_F(CellSystemTest, KilledAtAnyPointItLosesNothingAndDoublesNothing) {
     end();
     EXPECT_EQ(record().at("phase"), "cleared");
     EXPECT_EQ(record().at("run"), 3);
+}
+
+TEST_F(CellSystemTest, ForeignEyesReadMetricsAndState) {
+    prepare(small_part, "6");
+    if (IsSkipped()) return;
+    start({"--serve", "127.0.0.1:0", "--stop-when-rejected"});
+    plc("cell_plc.py", "3");
+    const auto outcome = run({"/usr/bin/python3", "tests/peers/cell_metrics.py", page.substr(0, page.find("/#"))});
+    if (outcome.exit_code == 77) GTEST_SKIP() << outcome.out;
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+    end();
 }
 
 TEST_F(CellSystemTest, TheEndOfTheServiceStopsTheMachineFirst) {

@@ -127,6 +127,55 @@ TEST_F(Served, NothingMovesWithoutTheToken) {
     EXPECT_EQ(stops, 1);
 }
 
+TEST_F(Served, MetricsAreReadLikeTheRestOfTheApi) {
+    start_job();
+    hub.emit(acquisition::EventKind::run_started, 0.0, "\"part\":\"p\"");
+    const auto answer = get(port, "/metrics");
+    EXPECT_EQ(answer.status, 200);
+    EXPECT_NE(answer.head.find("text/plain; version=0.0.4"), std::string::npos) << answer.head;
+    EXPECT_NE(answer.body.find("\ncmmlive_runs_started_total 1\n"), std::string::npos) << answer.body;
+    EXPECT_NE(answer.body.find("\ncmmlive_recorded_runs 1\n"), std::string::npos);
+    EXPECT_NE(answer.body.find("\ncmmlive_run_under_way 1\n"), std::string::npos);
+    EXPECT_EQ(get(port, "/metrics", "Origin: http://evil.example\r\n").status, 403);
+    EXPECT_EQ(post(port, "/metrics", "{}", bearer(token)).status, 404);
+    EXPECT_EQ(get(port, "/metrics/more").status, 404);
+    EXPECT_EQ(get(port, "/api/cell").status, 404) << "there is no cell";
+    server->end_job();
+    EXPECT_NE(get(port, "/metrics").body.find("\ncmmlive_run_under_way 0\n"), std::string::npos);
+}
+
+TEST_F(Served, OneJobAfterAnother) {
+    const std::string second = run.runs.path("second");
+    acquisition::EventHub next{clock};
+    start_job();
+    hub.emit(acquisition::EventKind::run_started, 0.0, "\"part\":\"p\"");
+    RawClient watcher(port);
+    watcher.send(upgrade_request(port, "/api/events?run=first&from=1"));
+    ASSERT_TRUE(watcher.answer().starts_with("HTTP/1.1 101"));
+    EXPECT_NE(watcher.frame().find("RunStarted"), std::string::npos);
+    server->end_job();
+    LiveJob job;
+    job.folder = second;
+    job.status = [] { return std::string("\"share\":0.5"); };
+    job.stop = [this] { stops += 10; };
+    server->begin_job(std::move(job), next);
+    EXPECT_EQ(json::parse(get(port, "/api/status").body).at("job").at("id"), "second");
+    EXPECT_EQ(post(port, "/api/stop", "{}", bearer(token)).status, 200);
+    EXPECT_EQ(stops, 10) << "the job that runs, no other";
+    next.emit(acquisition::EventKind::hold, 0.0, "\"code\":\"second\"");
+    RawClient newcomer(port);
+    newcomer.send(upgrade_request(port, "/api/events?run=second&from=1"));
+    ASSERT_TRUE(newcomer.answer().starts_with("HTTP/1.1 101"));
+    EXPECT_NE(newcomer.frame().find("\"code\":\"second\""), std::string::npos);
+    // Who watches the first run goes on with its run file, and hears nothing of the second.
+    for (int i = 0; i < 20; ++i)
+        next.emit(acquisition::EventKind::hold, 0.0, "\"code\":\"second\"");
+    const std::string rest = watcher.frame();
+    EXPECT_NE(rest.find("\"seq\":2"), std::string::npos) << rest;
+    EXPECT_EQ(rest.find("second"), std::string::npos) << rest;
+    EXPECT_EQ(watcher.frame(std::chrono::milliseconds(500)), "");
+}
+
 TEST_F(Served, PointsAreLeftOutAndTakenBack) {
     const auto decide = [&](const std::string& body) {
         return post(port, "/api/run/first/points", body, bearer(token));

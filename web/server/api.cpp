@@ -50,10 +50,11 @@ std::string gap_line(std::uint64_t first, std::uint64_t last) {
 
 }  // namespace
 
-Api::Api(std::string runs_folder, std::optional<LiveJob> job, std::string version)
+Api::Api(std::string runs_folder, std::optional<LiveJob> job, std::string version, ServiceView view)
     : folders_(std::move(runs_folder), job ? job->folder : std::string()),
       job_(std::move(job)),
-      version_(std::move(version)) {}
+      version_(std::move(version)),
+      view_(std::move(view)) {}
 
 bool Api::is_live(const RunFolder& run) const {
     return job_ && folders_.live() && run.id == folders_.live()->id;
@@ -69,6 +70,8 @@ Response Api::get(const Target& target) {
     const auto& path = target.path;
     if (path.size() == 2 && path[1] == "runs") return of(runs());
     if (path.size() == 2 && path[1] == "status") return of(status());
+    if (path.size() == 2 && path[1] == "cell" && view_.cell) return of(view_.cell() + "\n");
+    if (path.size() == 1 && path[0] == "metrics") return metrics_page();
     if (path.size() >= 3 && path[1] == "run") {
         if (const auto run = folders_.find(path[2])) return of(of_run(*run, target));
         return refusal(404, "there is no such run");
@@ -141,6 +144,23 @@ std::string Api::status() const {
         job = "{" + live.text() + (job_ ? "," + job_->status() : std::string()) + "}";
     }
     return "{" + fields.raw("job", job).text() + "}\n";
+}
+
+/// Prometheus' text format.
+Response Api::metrics_page() {
+    MetricsText text;
+    text.family("cmmlive_build_info", "gauge", "The version that runs.").value(1.0, {{"version", version_}});
+    text.one("cmmlive_run_under_way", "gauge", "Whether a run goes on.", job_ ? 1.0 : 0.0);
+    std::size_t recorded = folders_.list().size();
+    text.one("cmmlive_recorded_runs", "gauge", "Runs in the folder, at most 1000.", static_cast<double>(recorded));
+    metrics_->print(text);
+    if (job_ && job_->link) last_link_ = job_->link();
+    if (last_link_) print_link(text, *last_link_);
+    if (view_.metrics) view_.metrics(text);
+    Response response;
+    response.content_type = "text/plain; version=0.0.4; charset=utf-8";
+    response.body = text.text();
+    return response;
 }
 
 Response Api::post(const Request& request, const Target& target) {
@@ -224,7 +244,13 @@ std::vector<std::string> Api::recorded_events(const std::string& run, std::uint6
     return lines;
 }
 
+void Api::begin_job(LiveJob job) {
+    folders_.begin(job.folder);
+    job_ = std::move(job);
+}
+
 acquisition::OperatorChoice Api::end_job() {
+    if (job_ && job_->link) last_link_ = job_->link();
     job_.reset();
     const auto& live = folders_.live();
     const auto known = live ? open_.find(live->id) : open_.end();

@@ -20,10 +20,24 @@ void EventFeed::push(const acquisition::Event& event) {
     if (tell_ && !std::exchange(told_, true)) tell_();
 }
 
+void EventFeed::begin_job() {
+    const std::lock_guard guard(mutex_);
+    lines_.clear();
+    next_ = 1;
+    ++job_;
+    if (tell_ && !std::exchange(told_, true)) tell_();
+}
+
+std::uint64_t EventFeed::job() const {
+    const std::lock_guard guard(mutex_);
+    return job_;
+}
+
 EventFeed::Slice EventFeed::read(std::uint64_t from, std::size_t most) const {
     const std::lock_guard guard(mutex_);
     told_ = false;
     Slice slice;
+    slice.job = job_;
     const std::uint64_t oldest = next_ - lines_.size();
     slice.first = std::clamp(from, oldest, next_);
     const auto begin = lines_.begin() + static_cast<std::ptrdiff_t>(slice.first - oldest);

@@ -22,11 +22,16 @@ class EventFeed {
     struct Slice {
         std::uint64_t first = 0;  ///< sequence of the first line; larger than asked for: the earlier ones are not kept
         std::vector<Line> lines;
+        std::uint64_t job = 0;  ///< whose they are
     };
 
     explicit EventFeed(std::size_t capacity = 8192) : capacity_(capacity) {}
 
     void push(const acquisition::Event& event);
+    /// The next job's events begin; those of the one before are gone.
+    void begin_job();
+    /// Counts up with each job.
+    std::uint64_t job() const;
     /// Lines from this sequence on, `most` of them. Without lines: `first` is the one that comes next.
     Slice read(std::uint64_t from, std::size_t most) const;
     /// Called on the pusher's thread after a push, when it was not called since the last `read`.
@@ -37,6 +42,7 @@ class EventFeed {
     mutable std::mutex mutex_;
     std::deque<Line> lines_;
     std::uint64_t next_ = 1;  // sequence behind the last line
+    std::uint64_t job_ = 0;
     std::function<void()> tell_;
     mutable bool told_ = false;
 };

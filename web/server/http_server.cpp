@@ -207,8 +207,9 @@ asio::awaitable<bool> HttpServer::Impl::respond(Socket& stream, Response answer,
 asio::awaitable<Response> HttpServer::Impl::answer(Request request) {
     auto refused = guard.refuse(request);
     if (refused) co_return std::move(*refused);
-    if (!request.target.starts_with("/api/")) {
-        const auto asset = find_asset(std::string_view(request.target).substr(0, request.target.find('?')));
+    const auto path = std::string_view(request.target).substr(0, request.target.find('?'));
+    if (!path.starts_with("/api/") && path != "/metrics") {
+        const auto asset = find_asset(path);
         if (!asset || request.method == "POST") co_return refusal(404, "there is nothing under this address");
         Response response;
         response.content_type = asset->content_type;
@@ -226,6 +227,7 @@ asio::awaitable<void> HttpServer::Impl::upgrade(Socket& stream, http::request<ht
     auto refused = guard.refuse(asked);
     if (!refused) refused = guard.refuse_api(asked);
     Api::Subscription subscription;
+    subscription.job = feed.job();  // before it is found out which run is live
     if (!refused) {
         auto work = [this, &asked, &subscription] { return api.subscribe(asked, subscription); };
         refused = co_await desk.run(std::move(work));
@@ -243,13 +245,14 @@ asio::awaitable<std::string> HttpServer::Impl::next_message(Api::Subscription& s
     std::optional<std::uint64_t> end;
     if (subscription.live) {
         const auto slice = feed.read(subscription.from, lines_a_message);
-        if (slice.first == subscription.from || slice.first < subscription.from) {
+        subscription.live = slice.job == subscription.job;  // or the next has begun: the run file has the rest
+        if (subscription.live && slice.first <= subscription.from) {
             for (const auto& line : slice.lines)
                 message += (message.empty() ? "" : "\n") + *line;
             subscription.from += slice.lines.size();
             co_return message;
         }
-        end = slice.first;
+        if (subscription.live) end = slice.first;
     }
     auto read = [this, &subscription, end] { return api.recorded_events(subscription.run, subscription.from, end); };
     const auto lines = co_await desk.run(std::move(read));

@@ -39,11 +39,19 @@ bool of_this_machine(const std::string& address) {
 }  // namespace
 
 struct PageServer::Parts {
-    Parts(const PageOptions& options, std::optional<LiveJob> job, std::string the_token, bool token_to_read)
+    Parts(const PageOptions& options, std::optional<LiveJob> job, std::string the_token, bool token_to_read,
+          ServiceView view)
         : token(std::move(the_token)),
           feed(std::make_shared<EventFeed>()),
           guard(token, token_to_read, options.hosts),
-          api(options.runs_folder, std::move(job), options.version) {}
+          api(options.runs_folder, std::move(job), options.version, std::move(view)) {}
+
+    void listen(acquisition::EventHub& hub) const {
+        hub.listen([to = feed, counts = api.metrics()](const acquisition::Event& event) {
+            to->push(event);
+            counts->hear(event);
+        });
+    }
 
     std::string token, url;
     std::shared_ptr<EventFeed> feed;  // the hub keeps its listener
@@ -56,7 +64,7 @@ PageServer::PageServer(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) 
 PageServer::~PageServer() = default;
 
 core::Result<std::unique_ptr<PageServer>> PageServer::start(const PageOptions& options, std::optional<LiveJob> job,
-                                                            acquisition::EventHub* hub) {
+                                                            acquisition::EventHub* hub, ServiceView view) {
     const auto place = parse_listen(options.listen);
     if (!place) return tl::unexpected(place.error());
     const bool open = !of_this_machine(place->address);
@@ -68,11 +76,11 @@ core::Result<std::unique_ptr<PageServer>> PageServer::start(const PageOptions& o
     }
     const auto token = options.token_file.empty() ? new_token() : read_token_file(options.token_file);
     if (!token) return tl::unexpected(token.error());
-    auto parts = std::make_unique<Parts>(options, std::move(job), *token, open);
+    auto parts = std::make_unique<Parts>(options, std::move(job), *token, open, std::move(view));
     auto server = HttpServer::start(place->address, place->port, parts->guard, parts->api, *parts->feed);
     if (!server) return tl::unexpected(server.error());
     parts->server = std::move(*server);
-    if (hub != nullptr) hub->listen([feed = parts->feed](const acquisition::Event& event) { feed->push(event); });
+    if (hub != nullptr) parts->listen(*hub);
     const bool bracketed = place->address.find(':') != std::string::npos;
     parts->url = "http://" + (bracketed ? "[" + place->address + "]" : place->address) + ":" +
                  std::to_string(parts->server->port()) + "/#token=" + *token;
@@ -81,6 +89,14 @@ core::Result<std::unique_ptr<PageServer>> PageServer::start(const PageOptions& o
 
 const std::string& PageServer::url() const {
     return parts_->url;
+}
+
+void PageServer::begin_job(LiveJob job, acquisition::EventHub& hub) {
+    parts_->server->on_desk([&] {
+        parts_->api.begin_job(std::move(job));
+        parts_->feed->begin_job();
+    });
+    parts_->listen(hub);
 }
 
 acquisition::OperatorChoice PageServer::end_job() {

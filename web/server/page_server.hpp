@@ -28,13 +28,15 @@ class PageServer {
     /// `hub` (nullptr: no job) is listened to from now on and outlives this object. Another address than this machine's
     /// own needs a token file, and then reading needs the token too. Errors: usage, input_missing, config_invalid.
     static core::Result<std::unique_ptr<PageServer>> start(const PageOptions& options, std::optional<LiveJob> job,
-                                                           acquisition::EventHub* hub);
+                                                           acquisition::EventHub* hub, ServiceView view = {});
     ~PageServer();
     PageServer(const PageServer&) = delete;
     PageServer& operator=(const PageServer&) = delete;
 
     /// Where a browser finds it, the token in the fragment, which browsers do not send.
     const std::string& url() const;
+    /// Another job begins, the one before has ended. Its hub is listened to from now on.
+    void begin_job(LiveJob job, acquisition::EventHub& hub);
     /// Nothing of the job is touched any more. What an operator decided about points while it ran.
     acquisition::OperatorChoice end_job();
 

@@ -21,6 +21,11 @@ bool holds_run(const RunFolder& run) {
 }  // namespace
 
 RunFolders::RunFolders(std::string folder, const std::string& live) : folder_(std::move(folder)) {
+    begin(live);
+}
+
+void RunFolders::begin(const std::string& live) {
+    live_.reset();
     if (live.empty()) return;
     std::error_code ignored;
     const fs::path whole = fs::weakly_canonical(fs::absolute(live, ignored), ignored);

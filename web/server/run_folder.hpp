@@ -18,6 +18,8 @@ struct RunFolder {
 class RunFolders {
   public:
     RunFolders(std::string folder, const std::string& live);
+    /// Another running job.
+    void begin(const std::string& live);
     /// By name; read anew each time, at most 1000.
     std::vector<RunFolder> list() const;
     std::optional<RunFolder> find(const std::string& id) const;

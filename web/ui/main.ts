@@ -356,7 +356,7 @@ async function look() {
   try {
     status = await get<Status>('/api/status');
     if (!status.job?.running) stopping = false;
-    if (!run) openRun();
+    if (!run || (run.isLive && status.job && status.job.id !== run.id)) openRun();
   } catch (error) {
     if (error instanceof Refused && error.status === 401 && (await askToken())) return look();
   }
