@@ -9,7 +9,9 @@
 #include <memory>
 #include <utility>
 
+#include "acquisition/json_text.hpp"
 #include "app/job_request.hpp"
+#include "app/mqtt_login.hpp"
 #include "app/run_page.hpp"
 #include "drivers/endpoint.hpp"
 
@@ -43,7 +45,7 @@ std::string line_of(const cell::Order& order, const std::string& text) {
 }  // namespace
 
 CellService::CellService(CellSettings settings, const core::Clock& clock)
-    : settings_(std::move(settings)), clock_(clock), progress_(settings_.json) {}
+    : settings_(std::move(settings)), clock_(clock) {}
 
 core::Status CellService::start() {
     auto link = drivers::link_settings_from(settings_.machine);
@@ -61,6 +63,7 @@ core::Status CellService::start() {
     record->order.run = std::max(record->order.run, last_run_in(settings_.runs));
     auto server = server_options(settings_);
     if (!server) return tl::unexpected(server.error());
+    if (auto status = start_mqtt(); !status) return status;
 
     cell::CellFront::Options options;
     options.server = std::move(*server);
@@ -84,11 +87,42 @@ core::Status CellService::start() {
         if (run_) run_->stop();
     };
     auto front = cell::CellFront::start(
-        options, std::move(host), clock_, [this](const cell::CellView& view) { metrics_.hear(view); },
+        options, std::move(host), clock_, [this](const cell::CellView& view) { tell(view); },
         [this](core::Duration latency) { metrics_.told(latency); });
     if (!front) return tl::unexpected(front.error());
     front_ = std::move(*front);
     return start_page();
+}
+
+core::Status CellService::start_mqtt() {
+    if (settings_.mqtt.empty()) return {};
+    const auto options = mqtt_options(settings_.mqtt, settings_.mqtt_login);
+    if (!options) return tl::unexpected(options.error());
+    auto notice = [this](const std::string& text) { asio::post(context_, [this, text] { progress_.line(text); }); };
+    auto publisher = cell::MqttPublisher::start(*options, std::move(notice));
+    if (!publisher) return tl::unexpected(publisher.error());
+    mqtt_ = std::move(*publisher);
+    return {};
+}
+
+/// On the front's thread, after each change.
+void CellService::tell(const cell::CellView& view) {
+    metrics_.hear(view);
+    if (!mqtt_) return;
+    const std::string fields = "{" + cell_fields(view) + "}";
+    mqtt_->publish("state", fields, true);
+    if (view.state == cell::CellState::done) mqtt_->publish("result", fields, true);
+}
+
+/// Each decision as its event, and whose it is.
+void CellService::tell(const acquisition::Event& event, const cell::Order& order) {
+    if (event.kind != acquisition::EventKind::gate_decision) return;
+    const std::string part = acquisition::JsonFields()
+                                 .add("run", order.run)
+                                 .add("program", order.program)
+                                 .add("serial", order.serial)
+                                 .text();
+    mqtt_->publish("decision", "{" + part + "," + acquisition::to_ndjson(event).substr(1), false);
 }
 
 core::Status CellService::start_page() {
@@ -98,7 +132,10 @@ core::Status CellService::start_page() {
     view.cell = [this] {
         return "{" + cell_fields(front_->view()) + ",\"plc\":{" + plc_fields(front_->counts()) + "}}";
     };
-    view.metrics = [this](web::MetricsText& text) { metrics_.print(text, front_->view(), front_->counts()); };
+    view.metrics = [this](web::MetricsText& text) {
+        metrics_.print(text, front_->view(), front_->counts());
+        if (mqtt_) print_mqtt(text, mqtt_->counts());
+    };
     auto page = web::PageServer::start(page_options(settings_.page), {}, nullptr, std::move(view));
     if (!page) return tl::unexpected(page.error());
     page_ = std::move(*page);
@@ -157,6 +194,7 @@ void CellService::run(const cell::Order& order) {
         run_ = std::move(made);
         if (stop_asked_) run_->stop();
     }
+    if (mqtt_) run_->events().listen([this, order](const acquisition::Event& event) { tell(event, order); });
     begin_page();
     run_->begin();
 }

@@ -14,6 +14,7 @@
 #include "app/commands.hpp"
 #include "app/console.hpp"
 #include "cell/cell_front.hpp"
+#include "cell/mqtt_publisher.hpp"
 #include "core/clock.hpp"
 #include "drivers/machine_file.hpp"
 #include "web/server/page_server.hpp"
@@ -43,6 +44,9 @@ class CellService {
   private:
     void keep(const cell::CellRecord& record);
     core::Status start_page();
+    core::Status start_mqtt();
+    void tell(const cell::CellView& view);
+    void tell(const acquisition::Event& event, const cell::Order& order);
     void run(const cell::Order& order);
     void show(double share, const std::string& text);
     void begin_page();
@@ -66,6 +70,7 @@ class CellService {
     double share_ = 0.0;
     std::string text_;
     CellMetrics metrics_;
+    std::unique_ptr<cell::MqttPublisher> mqtt_;
     std::unique_ptr<cell::CellFront> front_;  // uses the above until it is destroyed
     std::unique_ptr<web::PageServer> page_;   // likewise
 };

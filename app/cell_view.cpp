@@ -73,4 +73,13 @@ void CellMetrics::print(web::MetricsText& text, const cell::CellView& view, cons
                    "From the arrival of the deciding sample to the rejection in the PLC's registers.");
 }
 
+void print_mqtt(web::MetricsText& text, const cell::MqttCounts& counts) {
+    text.one("cmmlive_mqtt_connected", "gauge", "Whether the broker is there.", counts.connected ? 1.0 : 0.0);
+    text.one("cmmlive_mqtt_waiting", "gauge", "Messages that wait for it.", static_cast<double>(counts.waiting));
+    text.one("cmmlive_mqtt_published_total", "counter", "Messages that the broker has confirmed.",
+             static_cast<double>(counts.published));
+    text.one("cmmlive_mqtt_dropped_total", "counter", "Messages dropped because the queue was full.",
+             static_cast<double>(counts.dropped));
+}
+
 }  // namespace cmm::app

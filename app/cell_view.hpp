@@ -6,6 +6,7 @@
 #include <string>
 
 #include "cell/cell.hpp"
+#include "cell/mqtt_publisher.hpp"
 #include "cell/plc_server.hpp"
 #include "core/clock.hpp"
 #include "web/server/metrics_text.hpp"
@@ -32,5 +33,8 @@ class CellMetrics {
     bool first_ = true;
     web::LatencyHistogram latency_;
 };
+
+/// What a broker was told.
+void print_mqtt(web::MetricsText& text, const cell::MqttCounts& counts);
 
 }  // namespace cmm::app

@@ -97,6 +97,7 @@ struct CellSettings {
     double watchdog_ms = 2000.0;
     double wait_s = -1.0;  ///< negative: as the part files say
     PageSettings page;
+    std::string mqtt, mqtt_login;  ///< broker, and a file with user and password; empty: none
     bool stop_when_rejected = false, json = false;
 };
 int run_cell(const CellSettings& options);

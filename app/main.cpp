@@ -204,6 +204,8 @@ class CommandLine {
         c->add_flag("--stop-when-rejected", cell_.stop_when_rejected,
                     "end a run as soon as its verdict is certain to be reject");
         add_wait(*c, cell_.wait_s);
+        c->add_option("--mqtt", cell_.mqtt, "tell a broker as well: mqtt://HOST[:1883][/PREFIX]");
+        c->add_option("--mqtt-login", cell_.mqtt_login, "file with user and password for it, a line each");
         add_serve_option(*c, cell_.page, "serve the page of the runs, /api and /metrics");
         add_page(*c, cell_.page);
     }

@@ -151,6 +151,59 @@ TEST_F(CellSystemTest, ForeignEyesReadMetricsAndState) {
     end();
 }
 
+TEST_F(CellSystemTest, ABrokerIsToldAndWhenItIsGoneNothingWaits) {
+    prepare(small_part, "6");
+    if (IsSkipped()) return;
+    if (run({"sh", "-c", "command -v /usr/sbin/mosquitto mosquitto_sub"}).exit_code != 0)
+        GTEST_SKIP() << "apt-get install mosquitto mosquitto-clients";
+    const std::string broker_port = run({"/usr/bin/python3", "-c",
+                                         "import socket; s = socket.socket(); s.bind(('127.0.0.1', 0)); "
+                                         "print(s.getsockname()[1], end='')"})
+                                        .out;
+    const auto start_broker = [&](const std::string& log) {
+        auto broker =
+            std::make_unique<Process>(std::vector<std::string>{"/usr/sbin/mosquitto", "-p", broker_port}, folder / log);
+        EXPECT_TRUE(wait_for([&] { return broker->err().find("running") != std::string::npos; })) << broker->err();
+        return broker;
+    };
+    /// So many messages, as "topic payload" lines.
+    const auto hear = [&](const std::string& topic, const std::string& count) {
+        return run({"mosquitto_sub", "-p", broker_port, "-t", topic, "-v", "-C", count, "-W", "20"}).out;
+    };
+    auto broker = start_broker("broker1");
+    start({"--serve", "127.0.0.1:0", "--stop-when-rejected", "--mqtt",
+           "mqtt://127.0.0.1:" + broker_port + "/hall/cell7"});
+    Process listener({"mosquitto_sub", "-p", broker_port, "-t", "hall/cell7/decision", "-v"}, folder / "decisions");
+    ASSERT_NE(hear("hall/cell7/online", "1").find("hall/cell7/online 1"), std::string::npos);
+    plc("cell_plc.py", "3");
+    // What is retained is there for whoever comes later.
+    const std::string said = hear("hall/cell7/#", "3");
+    EXPECT_NE(said.find("hall/cell7/online 1\n"), std::string::npos) << said;
+    const auto at = said.find("hall/cell7/result {");
+    ASSERT_NE(at, std::string::npos) << said;
+    const auto brace = said.find('{', at);
+    const auto result = nlohmann::json::parse(said.substr(brace, said.find('\n', brace) - brace), nullptr, false);
+    ASSERT_TRUE(result.is_object()) << said;
+    EXPECT_EQ(result.at("run"), 3);
+    EXPECT_EQ(result.at("result"), "rejected");
+    EXPECT_EQ(result.at("serial"), "PY-0002");
+    EXPECT_TRUE(wait_for([&] { return listener.out().find("\"while_measuring\":true") != std::string::npos; }))
+        << listener.out();
+    EXPECT_NE(listener.out().find("\"run\":1,\"program\":1,\"serial\":\"PY-0000\""), std::string::npos);
+
+    // Without it parts are measured as before.
+    broker->signal(SIGKILL);
+    broker->wait(std::chrono::seconds(5));
+    plc("cell_plc.py", "1");
+    broker = start_broker("broker2");
+    const std::string again = hear("hall/cell7/result", "1");
+    EXPECT_NE(again.find("\"run\":4,"), std::string::npos) << again;
+    EXPECT_NE(hear("hall/cell7/online", "1").find(" 1"), std::string::npos);
+    end();
+    EXPECT_NE(hear("hall/cell7/online", "1").find("hall/cell7/online 0"), std::string::npos);
+    EXPECT_NE(cell->err().find("the broker is gone"), std::string::npos) << cell->err();
+}
+
 TEST_F(CellSystemTest, TheEndOfTheServiceStopsTheMachineFirst) {
     prepare(long_part, "5");
     if (IsSkipped()) return;
@@ -179,6 +232,11 @@ TEST_F(CellSystemTest, WhatItCannotServeItDoesNotBegin) {
     EXPECT_EQ(refused({"--parts", parts, "--plc", "modbus+tcp://127.0.0.1:0", "--plc-allow", "plc"}).exit_code, 3);
     EXPECT_EQ(refused({"--parts", folder.path()}).exit_code, 3) << "no programs";
     EXPECT_EQ(refused({"--parts", parts, "--plc-watchdog-ms", "10"}).exit_code, 3);
+    EXPECT_EQ(refused({"--parts", parts, "--plc", "modbus+tcp://127.0.0.1:0", "--mqtt", "broker"}).exit_code, 3);
+    std::ofstream(folder / "login") << "user\npassword\n";
+    const auto open_login = refused({"--parts", parts, "--mqtt", "mqtt://127.0.0.1", "--mqtt-login", folder / "login"});
+    EXPECT_EQ(open_login.exit_code, 3);
+    EXPECT_NE(open_login.err.find("chmod 600"), std::string::npos) << open_login.err;
     std::ofstream(folder / "parts/1 again.toml") << text_of(small_part);
     const auto twice = refused({"--parts", parts, "--plc", "modbus+tcp://127.0.0.1:0"});
     EXPECT_EQ(twice.exit_code, 3);
