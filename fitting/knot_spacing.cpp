@@ -7,7 +7,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double grading = 0.25;             // growth of the spacing a millimetre of curve
+constexpr double growth = 2.5;               // of the spacing a millimetre of curve, times the turning of a span
 constexpr double widest_share = 1.0 / 60.0;  // of the period
 constexpr std::size_t least_spans = 24;
 constexpr std::size_t reach = 4;  // anchors to either side that show the turn
@@ -17,6 +17,7 @@ constexpr std::size_t reach = 4;  // anchors to either side that show the turn
 std::vector<double> graded_knots(std::span<const Vec2> anchors, std::span<const double> t, double period,
                                  double turn_rad, std::size_t most) {
     const std::size_t n = anchors.size(), w = std::clamp<std::size_t>(n / 12, 1, reach);
+    const double grading = growth * turn_rad;
     const auto step = [&](std::size_t i) { return i + 1 < n ? t[i + 1] - t[i] : t[0] + period - t[i]; };
     std::vector<double> spacing(n);
     for (std::size_t i = 0; i < n; ++i) {

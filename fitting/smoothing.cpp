@@ -25,8 +25,13 @@ constexpr double least_sigma_mm = 2e-5;  // nothing below is resolved
 constexpr double anchor_sigmas = 12.0;   // distance of anchors
 constexpr double turn_rad = 0.1;         // that a span holds at 1 um noise
 constexpr double common_sigma_mm = 1e-3;
+constexpr double finest_turn = 0.25;  // of that, where there is hardly any
+constexpr int refinements = 3;
 constexpr double start_ridge = 1e-3;  // weight of the third differences in the start curve, in points
 constexpr double start_roughness = 1e-6;
+/// exp(sqrt(2)): the logarithm of a variance that one degree of freedom tells has the variance 2, and a knot and its
+/// neighbours tell hardly more of theirs. The uncertainty is that of a curve so much rougher than is likeliest.
+constexpr double roughness_doubt = 4.11;
 constexpr int rounds = 2, tunings = 7, last_tunings = 2;
 constexpr double least_speed = 0.05;  // of the parameter, which is nearly a length; below it the curve has a cusp
 constexpr double longest_period_mm = 1e7;
@@ -90,6 +95,7 @@ class Smoother {
         }
         out.sigma_mm = sigma_;
         out.freedom = freedom_;
+        if (solve(roughness_doubt)) normal_.invert(inverse_);
         std::vector<Four> covariance(spans_);
         for (std::size_t k = 0; k < spans_; ++k)
             for (std::size_t m = 0; m < 4; ++m)
@@ -154,13 +160,14 @@ class Smoother {
         residual_.resize(n);
     }
 
-    /// Least squares of the points themselves, hardly smoothed; with finer knots when the noise turns out to be small.
+    /// Least squares of the points themselves, hardly smoothed; with finer knots as long as the noise turns out to be
+    /// smaller than was thought.
     core::Status start() {
         double turn = turn_rad;
         for (int attempt = 0;; ++attempt) {
             if (auto status = fit_start(turn); !status) return status;
-            const double finer = turn_rad * std::clamp(std::cbrt(sigma_ / common_sigma_mm), 0.35, 1.2);
-            if (attempt > 0 || finer > 0.8 * turn) return {};
+            const double finer = turn_rad * std::clamp(std::cbrt(sigma_ / common_sigma_mm), finest_turn, 1.2);
+            if (attempt == refinements || finer > 0.8 * turn) return {};
             turn = finer;
         }
     }
@@ -298,13 +305,13 @@ class Smoother {
                     gram[a][c] = gram[c][a];
     }
 
-    /// The normal displacements of the controls that fit the residuals with the present roughness.
-    bool solve() {
+    /// The normal displacements of the controls that fit the residuals with the present roughness, or so many times it.
+    bool solve(double times = 1.0) {
         normal_.reset(spans_, true);
         displacement_.assign(spans_, 0.0);
         const auto& variance = roughness_.variance();
         for (std::size_t k = 0; k < spans_; ++k) {
-            const double weight = sigma_ * sigma_ / variance[k];
+            const double weight = sigma_ * sigma_ / (times * variance[k]);
             const Five& row = jump_row_[k];
             BandSolver<4>::Block block;
             for (std::size_t a = 0; a < 5; ++a)
