@@ -14,3 +14,11 @@ install(FILES ${CMAKE_BINARY_DIR}/cmmliveConfig.cmake ${CMAKE_BINARY_DIR}/cmmliv
 if(TARGET cmmlive)
     install(TARGETS cmmlive RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
+# The cell as a service (docs/cell.md): its unit, an example of its options, and what machine files refer to.
+if(TARGET cmmlive)
+    configure_file(${PROJECT_SOURCE_DIR}/config/systemd/cmmlive-cell.service.in ${CMAKE_BINARY_DIR}/cmmlive-cell.service @ONLY)
+    install(FILES ${CMAKE_BINARY_DIR}/cmmlive-cell.service DESTINATION lib/systemd/system)
+    install(FILES ${PROJECT_SOURCE_DIR}/config/systemd/cell.conf DESTINATION ${CMAKE_INSTALL_DATADIR}/cmmlive)
+    install(DIRECTORY ${PROJECT_SOURCE_DIR}/config DESTINATION ${CMAKE_INSTALL_DATADIR}/cmmlive PATTERN systemd EXCLUDE)
+    install(FILES ${PROJECT_SOURCE_DIR}/docs/cell.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+endif()
