@@ -73,6 +73,9 @@ class ContourBuilder {
         fit_.le_point_mm = part[edges.le.nose].position;
         fit_.te_point_mm = part[edges.te.nose].position;
         fit_.chord_mm = (fit_.te_point_mm - fit_.le_point_mm).norm();
+        fit_.le_scale_mm = edges.le.scale_mm;
+        fit_.te_scale_mm = edges.te.scale_mm;
+        fit_.contour_noise = ContourNoise(smooth_.noise, patches_, smooth_.curve.period(), coverage_);
         fit_.max_thickness_mm = largest_inscribed_diameter(part);
         resample(part, zones, edges.le.nose);
         set_arc_lengths(fit_.contour);
@@ -108,6 +111,8 @@ class ContourBuilder {
             out.zone = zones[at(k)];
             out.offset_error_mm = offset_error;
             out.u95_mm = noise_uncertainty(a) + fit_.faired_mm + offset_error;
+            out.bound_mm = fit_.faired_mm;
+            out.t = smooth_.curve.wrap(a.t);
             out.reached = !a.on_arc;
             fit_.centre_curve[i] = out;
             fit_.centre_curve[i].position_mm += options_.ball_radius_mm * out.normal;
@@ -126,8 +131,9 @@ class ContourBuilder {
         const auto between = [&](double SurfaceStation::*value) {
             return last.*value + std::clamp(share, 0.0, 1.0) * (next.*value - last.*value);
         };
-        out.u95_mm = std::hypot(noise_mm, between(&SurfaceStation::doubt_mm)) + fit_.faired_mm +
-                     between(&SurfaceStation::lean_doubt_mm);
+        out.doubt_mm = between(&SurfaceStation::doubt_mm);
+        out.bound_mm = fit_.faired_mm + between(&SurfaceStation::lean_doubt_mm);
+        out.u95_mm = std::hypot(noise_mm, out.doubt_mm) + out.bound_mm;
         if (last.moved && next.moved) {
             out.lean_rad = between(&SurfaceStation::lean_rad);
         } else {

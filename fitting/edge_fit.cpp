@@ -37,6 +37,7 @@ struct Describer {
 
     void operator()(const ArcShape& s) const {
         set_radius(s.values()[2], s.values().head<2>(), Eigen::Vector3d::UnitZ());
+        set_covariance(Eigen::Matrix3d::Identity());
         fit.parameters = {{"radius_mm", fit.radius_mm, fit.radius_u95_mm}};
     }
 
@@ -65,6 +66,16 @@ struct Describer {
         const bool second = cross(Vec2(std::cos(v[4]), std::sin(v[4])), nose) > 0.0;
         set_radius(second ? v[3] : v[2], second ? s.second_centre() : Vec2(v.head<2>()),
                    Eigen::VectorXd::Unit(5, second ? 3 : 2));
+        Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(3, 5);
+        jacobian.topLeftCorner(2, 2).setIdentity();
+        jacobian(2, second ? 3 : 2) = 1.0;
+        if (second) {
+            const Vec2 axis(std::cos(v[4]), std::sin(v[4]));
+            jacobian.block<2, 1>(0, 2) = axis;
+            jacobian.block<2, 1>(0, 3) = -axis;
+            jacobian.block<2, 1>(0, 4) = (v[2] - v[3]) * left_of(axis);
+        }
+        set_covariance(jacobian);
         fit.parameters = {{"first_radius_mm", v[2], u95(trial, Eigen::VectorXd::Unit(5, 2))},
                           {"second_radius_mm", v[3], u95(trial, Eigen::VectorXd::Unit(5, 3))},
                           {"direction_rad", v[4], u95(trial, Eigen::VectorXd::Unit(5, 4))}};
@@ -77,7 +88,18 @@ struct Describer {
         fit.radius_u95_mm = u95(trial, slopes);
     }
     void set_vertex(const Vec2& vertex, double direction, double radius, const Eigen::VectorXd& slopes) const {
-        set_radius(radius, vertex - radius * Vec2(std::cos(direction), std::sin(direction)), slopes);
+        const Vec2 axis(std::cos(direction), std::sin(direction));
+        set_radius(radius, vertex - radius * axis, slopes);
+        Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(3, slopes.size());
+        jacobian.topLeftCorner(2, 2).setIdentity();
+        jacobian.block<2, 1>(0, 2) = -radius * left_of(axis);
+        jacobian.block<2, 1>(0, 3) = -axis;
+        jacobian(2, 3) = 1.0;
+        set_covariance(jacobian);
+    }
+    /// `jacobian`: of centre and radius by the shape's parameters.
+    void set_covariance(const Eigen::MatrixXd& jacobian) const {
+        fit.covariance_mm2 = jacobian * trial.covariance * jacobian.transpose();
     }
 };
 
@@ -188,6 +210,7 @@ EdgeFit EdgeFitter::free_form(const EdgeRegion& region, const Gathered& gathered
     fit.centre_mm = circle->centre;
     fit.radius_mm = circle->radius - source_.ball_mm;
     fit.radius_u95_mm = circle->radius_u95;
+    fit.covariance_mm2 = circle->covariance;
     fit.arc_angle_rad = circle->arc_angle;
     fit.rms_mm = circle->rms;
     judge_radius(fit);

@@ -17,6 +17,9 @@ namespace {
 constexpr std::array first_turns_rad{1.3, 1.0, 0.75};  // to either side of the nose
 constexpr double least_gain = 2.0;                     // "positive" evidence: Kass and Raftery 1995
 constexpr double trimmed_share = 0.04;                 // of a window at either end: it may have grown past the model's
+// Variance of the parameters over that of a window which was not chosen by the same points: measured on the arcs of
+// turbine blades (docs/measured.md).
+constexpr double chosen_window = 1.2;
 constexpr double surely_round = 25.0;  // squared roundness over its variance: above it an ellipse, no parabola
 constexpr double barely_round = 4.0;   // below it no ellipse
 constexpr double least_arc_turn_rad = std::numbers::pi / 6.0;  // of each of two arcs: less is a side
@@ -99,7 +102,7 @@ class Chooser {
         trial.gain = fitter_.gain(fitted.squares, Shape::size, window);
         trial.noise = combined_noise(fitted.squares, freedom, fitter_.edge().noise);
         using Matrix = typename OrthogonalFit<Shape>::Matrix;
-        trial.covariance = std::pow(trial.noise.sigma_mm, 2) * Matrix(inverse_of_small(fitted.normal));
+        trial.covariance = chosen_window * std::pow(trial.noise.sigma_mm, 2) * Matrix(inverse_of_small(fitted.normal));
         const auto same = std::find_if(choice_.trials.begin(), choice_.trials.end(),
                                        [](const ModelTrial& t) { return t.model == Shape::model; });
         if (same == choice_.trials.end())

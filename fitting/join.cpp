@@ -201,28 +201,39 @@ Vec2 Bridge::place(const Vec2& p) const {
     return joint + u * length_mm * along + value(y, u) * outward;
 }
 
-std::optional<double> EdgePatch::sigma_mm(double t, double period, const Vec2& part_point, const Vec2& normal,
-                                          double free_mm) const {
+std::optional<EdgePatch::Dependence> EdgePatch::dependence(double t, double period, const Vec2& part_point,
+                                                           const Vec2& normal) const {
     t += period * std::ceil((before.t_free - t) / period);
     if (t > after.t_free) return {};
     const bool on_before = t < before.t_joint, on_model = !on_before && t <= after.t_joint;
     const Bridge& bridge = on_before ? before : after;
     const Vec2 near = on_model ? normal : bridge.outward;
     const Vec2 at = on_model ? part_point : Vec2(bridge.joint - ball_mm * bridge.outward);
-    const double model_mm = std::visit(
+    Dependence out;
+    std::visit(
         [&](const auto& s) {
             if constexpr (std::is_same_v<std::decay_t<decltype(s)>, std::monostate>) {
-                return free_mm;
+                out.on_free = 1.0;
             } else {
-                const auto slopes = s.foot(at, near).slopes;
-                return std::sqrt(std::max(0.0, slopes.dot(covariance * slopes)));
+                out.on_model = s.foot(at, near).slopes;
             }
         },
         shape);
-    if (on_model) return model_mm;
+    if (on_model || out.on_free > 0.0) return out;
     const double u = std::clamp((t - bridge.t_joint) / (bridge.t_free - bridge.t_joint), 0.0, 1.0);
     const double own = 4.0 * u * (1.0 - u);  // the bridge's two parameters and the place of the joint: as the free form
-    return std::sqrt((1.0 - u) * model_mm * model_mm + (u + own) * free_mm * free_mm);
+    out.on_model *= std::sqrt(1.0 - u);
+    out.on_free = std::sqrt(u + own);
+    return out;
+}
+
+std::optional<double> EdgePatch::sigma_mm(double t, double period, const Vec2& part_point, const Vec2& normal,
+                                          double free_mm) const {
+    const auto on = dependence(t, period, part_point, normal);
+    if (!on) return {};
+    double variance = std::pow(on->on_free * free_mm, 2);
+    if (on->on_model.size() > 0) variance += std::max(0.0, on->on_model.dot(covariance * on->on_model));
+    return std::sqrt(variance);
 }
 
 std::optional<EdgePatch> make_patch(const PiecewiseCubic& curve, const EdgePoints& edge, std::span<const double> t,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <optional>
 #include <span>
@@ -29,9 +30,16 @@ struct EdgePatch {
     Eigen::MatrixXd covariance;  ///< of the shape's parameters
     Bridge before, after;  ///< before.t_free < before.t_joint < after.t_joint < after.t_free; may pass the period's end
 
-    /// Standard uncertainty across the joined curve at parameter t, where the outward normal is `normal`; `free_mm` is
-    /// that of the free form there. On the model it follows from the parameters' covariance, on a bridge it runs from
-    /// that of the joint to that of the free form; nothing outside the patch.
+    /// What the joined curve's place across itself at parameter t, where the outward normal is `normal`, depends on:
+    /// the shape's parameters, and the free form there. On the model the parameters alone, on a bridge both, from those
+    /// of the joint to the free form; nothing outside the patch.
+    struct Dependence {
+        Eigen::VectorXd on_model;
+        double on_free = 0.0;
+    };
+    std::optional<Dependence> dependence(double t, double period, const Vec2& part_point, const Vec2& normal) const;
+
+    /// The standard uncertainty that follows; `free_mm` is that of the free form there.
     std::optional<double> sigma_mm(double t, double period, const Vec2& part_point, const Vec2& normal,
                                    double free_mm) const;
 };

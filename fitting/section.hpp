@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "fitting/contour_noise.hpp"
 #include "fitting/edge_kind.hpp"
 #include "fitting/smoothing.hpp"
 
@@ -72,6 +73,8 @@ struct EdgeFit {
     Eigen::Vector2d centre_mm = Eigen::Vector2d::Zero();  ///< of curvature at the nose
     double radius_mm = 0.0;  ///< of the part: of the arc, of curvature at the nose of the others; free: mean circle
     double radius_u95_mm = 0.0;
+    /// Of centre x, centre y and radius; mm^2. Zero where there is no radius.
+    Eigen::Matrix3d covariance_mm2 = Eigen::Matrix3d::Zero();
     double arc_angle_rad = 0.0;  ///< by which the points turn that the model explains
     double rms_mm = 0.0;
     bool used_in_contour = false;  ///< false: the contour's edge is free form
@@ -87,6 +90,9 @@ struct ContourPoint {
     bool reached = true;             ///< false: the ball rests in a hollow here, and the contour shows the ball
     std::optional<double> lean_rad;  ///< of the surface, upwards; there where the contour was cut from the surface
     double arc_length_mm = 0.0;      ///< from the contour's first point
+    double t = 0.0;                  ///< parameter of the curve of ball centres
+    double doubt_mm = 0.0;  ///< part of u95_mm, in quadrature: what the neighbouring sections took from this one
+    double bound_mm = 0.0;  ///< part of u95_mm, added: what is not known of the lean, and fairing
 };
 
 /// The curve of ball centres, free form also at the edges, and the points that it was fitted to, in its order.
@@ -104,6 +110,9 @@ struct SectionFit {
     EdgeFit le, te;
     Eigen::Vector2d le_point_mm = Eigen::Vector2d::Zero();  ///< nose point of the part contour
     Eigen::Vector2d te_point_mm = Eigen::Vector2d::Zero();
+    double le_scale_mm = 0.0;  ///< length over turn of the edge's sharpest 120 degrees: the radius of a circular edge
+    double te_scale_mm = 0.0;
+    ContourNoise contour_noise;              ///< how the errors of the contour's points go together
     double chord_mm = 0.0;                   ///< method NOSETAIL: |TE - LE| between the nose points
     double max_thickness_mm = 0.0;           ///< method INSCRIBED: diameter of the largest inscribed circle
     std::vector<ContourPoint> centre_curve;  ///< the fitted ball-centre curve, counter-clockwise, same zones

@@ -103,7 +103,8 @@ class Smoother {
         std::vector<CubicBasis> bases;
         for (std::size_t k = 0; k < spans_; ++k)
             bases.push_back(least_squares_.basis(k));
-        out.noise = CurveNoise(curve_.breaks(), std::move(bases), std::move(covariance));
+        out.noise = CurveNoise(curve_.breaks(), std::move(bases), std::move(covariance),
+                               std::make_shared<const BandSolver<4>>(std::move(normal_)), sigma_);
         out.curve = std::move(curve_);
         return out;
     }
@@ -420,25 +421,6 @@ class Smoother {
 };
 
 }  // namespace
-
-CurveNoise::CurveNoise(std::vector<double> breaks, std::vector<CubicBasis> bases,
-                       std::vector<std::array<double, 4>> covariance)
-    : breaks_(std::move(breaks)), bases_(std::move(bases)), covariance_(std::move(covariance)) {}
-
-double CurveNoise::sigma_mm(double t) const {
-    const auto above = std::upper_bound(breaks_.begin() + 1, breaks_.end() - 1, t);
-    const auto span = static_cast<std::size_t>(above - breaks_.begin()) - 1;
-    const double w = std::clamp((t - breaks_[span]) / (breaks_[span + 1] - breaks_[span]), 0.0, 1.0);
-    const auto b = bases_[span].at(w);
-    double variance = 0.0;
-    for (std::size_t a = 0; a < 4; ++a) {
-        const auto& row = covariance_[(span + a) % covariance_.size()];
-        variance += b[a] * b[a] * row[0];
-        for (std::size_t c = a + 1; c < 4; ++c)
-            variance += 2.0 * b[a] * b[c] * row[c - a];
-    }
-    return std::sqrt(std::max(variance, 0.0));
-}
 
 core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points, Stiffness stiffness) {
     if (points.size() < least_points)

@@ -3,10 +3,12 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "core/error.hpp"
+#include "fitting/band_solver.hpp"
 #include "fitting/cubic_basis.hpp"
 #include "fitting/spline.hpp"
 
@@ -19,20 +21,34 @@ enum class Stiffness : std::uint8_t {
 };
 
 /// The curve's standard uncertainty from the noise of the points, everywhere: posterior variance of the normal
-/// displacement (docs/theory.md, section 3). Value type.
+/// displacement (docs/theory.md, section 3). Value type; copies share the factored system.
 class CurveNoise {
   public:
     CurveNoise() = default;
-    CurveNoise(std::vector<double> breaks, std::vector<CubicBasis> bases,
-               std::vector<std::array<double, 4>> covariance);
+    /// `normal` is factored; the covariance of the controls is its inverse times the square of sigma_mm.
+    CurveNoise(std::vector<double> breaks, std::vector<CubicBasis> bases, std::vector<std::array<double, 4>> covariance,
+               std::shared_ptr<const BandSolver<4>> normal, double sigma_mm);
 
     /// Standard deviation in mm of the curve at parameter t, across the curve; t within the period.
     double sigma_mm(double t) const;
 
+    /// For numbers that depend on the curve at many places, whose errors go together: how much such a number changes
+    /// with each control. First as many zeros as there are controls, then one call for each place.
+    std::size_t controls() const { return covariance_.size(); }
+    void add_place(double t, double weight, std::span<double> slopes) const;
+    /// Of a number with such slopes, mm^2 times their square: the posterior variance, and what every control's own
+    /// roughness adds, which is not known exactly. O(controls); `slopes` are used up.
+    double variance(std::span<double> slopes) const;
+
   private:
+    std::size_t span_of(double t) const;
+    std::array<double, 4> basis_at(std::size_t span, double t) const;
+
     std::vector<double> breaks_;
     std::vector<CubicBasis> bases_;
     std::vector<std::array<double, 4>> covariance_;  // of controls k and k ... k + 3, round the end, mm^2
+    std::shared_ptr<const BandSolver<4>> normal_;
+    double point_sigma_mm_ = 0.0;
 };
 
 /// A closed smoothing spline through noisy points (docs/theory.md, "The centre curve").

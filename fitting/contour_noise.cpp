@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/contour_noise.hpp"
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "fitting/section.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+constexpr std::size_t stretches = 8;  // of a section, within which what the neighbouring sections took goes together
+
+}  // namespace
+
+ContourNoise::ContourNoise(CurveNoise free, std::vector<EdgePatch> patches, double period, double coverage)
+    : free_(std::move(free)), patches_(std::move(patches)), period_(period), coverage_(coverage) {}
+
+double ContourNoise::variance(std::span<const ContourPoint> contour, const Sensitivity& number) const {
+    if (!free_) {
+        double sum = 0.0;
+        for (const auto& [point, weight] : number.parts())
+            sum += std::abs(weight) * contour[point].u95_mm / coverage_;
+        return sum * sum;
+    }
+    std::vector<double> by_control(free_->controls(), 0.0);
+    std::vector<Eigen::VectorXd> by_model(patches_.size());
+    for (std::size_t k = 0; k < patches_.size(); ++k)
+        by_model[k] = Eigen::VectorXd::Zero(patches_[k].covariance.rows());
+    for (const auto& [point, weight] : number.parts()) {
+        const ContourPoint& p = contour[point];
+        double on_free = 1.0;
+        for (std::size_t k = 0; k < patches_.size(); ++k) {
+            const auto on = patches_[k].dependence(p.t, period_, p.position_mm, p.normal);
+            if (!on) continue;
+            if (on->on_model.size() > 0) by_model[k] += weight * on->on_model;
+            on_free = on->on_free;
+            break;
+        }
+        if (on_free > 0.0) free_->add_place(p.t, weight * on_free, by_control);
+    }
+    double variance = free_->variance(by_control);
+    for (std::size_t k = 0; k < patches_.size(); ++k)
+        variance += std::max(0.0, by_model[k].dot(patches_[k].covariance * by_model[k]));
+    return variance;
+}
+
+NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const Sensitivity& number,
+                                   double own_variance) const {
+    double bound = 0.0, offset = 0.0, doubt = 0.0;
+    std::array<double, stretches> taken{};
+    const double whole = contour.empty() ? 1.0 : std::max(contour.back().arc_length_mm, 1e-12);
+    for (const auto& [point, weight] : number.parts()) {
+        const ContourPoint& p = contour[point];
+        bound += std::abs(weight) * p.bound_mm;
+        offset += weight * p.offset_error_mm;
+        const double place = p.arc_length_mm / whole * static_cast<double>(stretches);
+        taken[std::min(stretches - 1, static_cast<std::size_t>(place))] += std::abs(weight) * p.doubt_mm;
+    }
+    for (const double part : taken)
+        doubt += part * part;
+    NumberUncertainty out;
+    const double noise = coverage_ * std::sqrt(variance(contour, number) + own_variance);
+    out.offset_error = std::abs(offset);
+    out.u95 = std::hypot(noise, std::sqrt(doubt)) + bound + out.offset_error;
+    out.standard = out.u95 / coverage_;
+    return out;
+}
+
+}  // namespace cmm::fitting

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "support/characteristic_coverage.hpp"
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <optional>
+
+#include "fitting/area_measures.hpp"
+#include "fitting/chord.hpp"
+#include "fitting/thickness_measures.hpp"
+#include "support/section_truth.hpp"
+
+namespace cmm::fitting::coverage {
+namespace {
+
+void count(Tally& tally, double error, double standard, double u95) {
+    ++tally.trials;
+    tally.held += std::abs(error) <= u95;
+    tally.error += error;
+    tally.u += standard;
+    tally.error_squares += error * error;
+    tally.u_squares += standard * standard;
+    if (standard > 0.0) tally.squares += std::pow(error / standard, 2);
+}
+
+/// What is true of one blade.
+struct Truth {
+    double nose_tail, caliper, caliper_angle, belac, axial, largest, min_circle, stagger, thickness, on_chord,
+        on_camber;
+    double le_thickness, te_thickness, le_angle, te_angle, area;
+    double distance_mm, near_mm, far_mm;
+    section_truth::Vec2 centroid;
+};
+
+constexpr double belac_rad = 0.7;
+
+Truth truth_of(const families::Blade& blade) {
+    const section_truth::SectionTruth t(section_truth::of_family(blade));
+    Truth out{};
+    const double chord = (t.tail() - t.nose()).norm();
+    const auto caliper = t.caliper();
+    const auto thickest = t.thickest();
+    out.nose_tail = chord;
+    out.caliper = caliper.length;
+    out.caliper_angle = caliper.angle;
+    out.belac = t.extent({std::cos(belac_rad), std::sin(belac_rad)});
+    out.axial = t.extent({1.0, 0.0});
+    out.largest = t.largest_distance();
+    out.min_circle = t.min_circle();
+    out.stagger = t.stagger();
+    out.thickness = thickest.diameter;
+    out.on_chord = thickest.on_chord;
+    out.on_camber = thickest.on_camber;
+    out.distance_mm = std::max(0.06 * chord, 2.5 * std::max(t.scale(true), t.scale(false)));
+    out.near_mm = 0.6 * out.distance_mm;
+    out.far_mm = 2.0 * out.distance_mm;
+    out.le_thickness = t.edge_thickness(true, out.distance_mm);
+    out.te_thickness = t.edge_thickness(false, out.distance_mm);
+    out.le_angle = t.edge_angle(true, out.near_mm, out.far_mm);
+    out.te_angle = t.edge_angle(false, out.near_mm, out.far_mm);
+    out.area = t.area();
+    out.centroid = t.centroid();
+    return out;
+}
+
+class Judge {
+  public:
+    Judge(MeasuredSection& section, Tallies& tallies) : section_(section), tallies_(tallies) {}
+
+    void operator()(const std::string& name, const core::Result<Measure>& measure, double truth, bool angle = false) {
+        Tally& tally = tallies_[name];
+        if (!measure) {
+            ++tally.refused;
+            return;
+        }
+        const NumberUncertainty u = section_.uncertainty(*measure);
+        const double error = measure->value - truth;
+        count(tally, angle ? std::remainder(error, 2.0 * std::numbers::pi) : error, u.standard, u.u95);
+    }
+
+  private:
+    MeasuredSection& section_;
+    Tallies& tallies_;
+};
+
+void judge(const families::Blade& blade, const Truth& truth, const SectionFit& fit, Tallies& tallies) {
+    MeasuredSection section(fit);
+    Judge say(section, tallies);
+    say("chord NOSETAIL", measure_chord(section, ChordMethod::nose_tail), truth.nose_tail);
+    say("chord CALIPER", measure_chord(section, ChordMethod::caliper), truth.caliper);
+    say("chord BELAC", measure_chord(section, ChordMethod::belac, belac_rad), truth.belac);
+    say("chord XAXIS", measure_chord(section, ChordMethod::x_axis), truth.axial);
+    say("chord MINCIRCLE", measure_chord(section, ChordMethod::min_circle), truth.min_circle);
+    say("chord MAXDIST", measure_chord(section, ChordMethod::largest), truth.largest);
+    if (fit.le.model == EdgeModel::arc && fit.te.model == EdgeModel::arc && blade.le().along == blade.le().across &&
+        blade.te().along == blade.te().across)
+        say("chord RADCENTER", measure_chord(section, ChordMethod::rad_center),
+            (blade.te().centre - blade.le().centre).norm() + blade.le().across + blade.te().across);
+    say("stagger NOSETAIL", measure_stagger(section, StaggerMethod::nose_tail), truth.stagger, true);
+    say("stagger CALIPER", measure_stagger(section, StaggerMethod::caliper), truth.caliper_angle, true);
+    say("max_thickness", measure_max_thickness(section), truth.thickness);
+    say("its place on the chord", measure_max_thickness_position(section, PositionMethod::on_chord), truth.on_chord);
+    say("its place on the camber line", measure_max_thickness_position(section, PositionMethod::on_camber),
+        truth.on_camber);
+    say("LE thickness", measure_edge_thickness(section, EdgeName::le, truth.distance_mm), truth.le_thickness);
+    say("TE thickness", measure_edge_thickness(section, EdgeName::te, truth.distance_mm), truth.te_thickness);
+    say("LE angle", measure_edge_angle(section, EdgeName::le, truth.near_mm, truth.far_mm, AngleReference::x_axis),
+        truth.le_angle, true);
+    say("TE angle", measure_edge_angle(section, EdgeName::te, truth.near_mm, truth.far_mm, AngleReference::x_axis),
+        truth.te_angle, true);
+    const AreaMeasures area = measure_area(section);
+    say("area", area.area, truth.area);
+    say("centroid x", area.centroid_x, truth.centroid.x());
+    say("centroid y", area.centroid_y, truth.centroid.y());
+    // Of edges that were taken for what they are; an ellipse that the noise lets pass for an arc has another radius.
+    const auto radius = [&](const std::string& name, const EdgeFit& edge, const families::End& end) {
+        const EdgeModel form = end.along == end.across ? EdgeModel::arc : EdgeModel::ellipse;
+        Tally& tally = tallies[name];
+        if (!edge.valid || edge.model != form)
+            ++tally.refused;
+        else
+            count(tally, edge.radius_mm - end.nose_radius(), edge.radius_u95_mm / 2.0, edge.radius_u95_mm);
+    };
+    radius("LE radius", fit.le, blade.le());
+    radius("TE radius", fit.te, blade.te());
+}
+
+}  // namespace
+
+std::vector<Tallies> run(const Task& task) {
+    std::vector<Tallies> tallies(task.sigmas_mm.size());
+    for (std::uint64_t seed = task.first_seed; seed < task.first_seed + task.blades; ++seed) {
+        const families::Blade blade = families::make(task.family, seed);
+        const Truth truth = truth_of(blade);
+        for (std::size_t k = 0; k < task.sigmas_mm.size(); ++k) {
+            families::ScanOptions scanning;
+            scanning.points = task.points;
+            scanning.sigma_mm = task.sigmas_mm[k];
+            scanning.bad_share = task.bad_share;
+            scanning.seed = 7919 * seed + k;
+            const auto scan = families::scan(blade, scanning);
+            SectionOptions options;
+            options.ball_radius_mm = scanning.ball_mm;
+            options.le_hint = blade.le().nose;
+            options.te_hint = blade.te().nose;
+            const auto fit = fit_section(scan.points, {}, options);
+            if (!fit) {
+                ++tallies[k]["section"].refused;
+                continue;
+            }
+            judge(blade, truth, *fit, tallies[k]);
+        }
+    }
+    return tallies;
+}
+
+}  // namespace cmm::fitting::coverage

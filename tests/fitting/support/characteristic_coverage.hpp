@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "support/families.hpp"
+
+/// How often the 95 % intervals of characteristics hold the truth.
+namespace cmm::fitting::coverage {
+
+struct Tally {
+    std::size_t held = 0, trials = 0, refused = 0;
+    double squares = 0.0;         ///< of error over standard uncertainty
+    double error = 0.0, u = 0.0;  ///< sums of the error and of the standard uncertainty
+    double error_squares = 0.0, u_squares = 0.0;
+
+    double share() const { return trials > 0 ? static_cast<double>(held) / static_cast<double>(trials) : 0.0; }
+};
+using Tallies = std::map<std::string, Tally>;
+
+struct Task {
+    families::Family family = families::Family::compressor;
+    std::uint64_t first_seed = 1, blades = 100;
+    std::vector<double> sigmas_mm{1e-3};
+    std::size_t points = 600;
+    double bad_share = 0.0;
+};
+/// One tally for each noise, by the names of the characteristics. Deterministic.
+std::vector<Tallies> run(const Task& task);
+
+}  // namespace cmm::fitting::coverage
