@@ -18,7 +18,7 @@ struct CamberPlace {
 
 /// Where the camber line leaves the section: the nose or tail point N. Inside the edge an inscribed circle is the edge
 /// itself and the direction of the line is not defined by it, so the line is continued: a cubic by least squares
-/// through the centres of inscribed circles between 2 edge scales and 2 scales + a quarter of the chord from N.
+/// through the centres of inscribed circles between 2 edge scales and 2 scales + 0.12 perimeters from N.
 class CamberEnd {
   public:
     const Vec2& point() const { return point_; }

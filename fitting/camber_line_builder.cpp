@@ -14,7 +14,7 @@ constexpr double step_in_radii = 0.5;
 constexpr double least_step_share = 0.05;  // of the edge's scale
 constexpr double nearest_scales = 1.5;     // to a nose: nearer, the circle is the edge
 constexpr double first_scales = 2.0;       // where the circles begin that continue the line
-constexpr double window_chords = 0.25;
+constexpr double window_share = 0.12;      // of the perimeter: about a quarter of the chord
 constexpr std::size_t window_circles = 25;
 constexpr std::size_t least_circles = 8;  // of a continuation, and of a line
 constexpr double searched_scales = 4.0;   // about a nose, for the place where the line leaves
@@ -90,7 +90,7 @@ core::Status CamberLineBuilder::run() {
 core::Status CamberLineBuilder::continue_to(const Vec2& nose, std::size_t nose_index, double scale_mm, bool le,
                                             CamberEnd& end) const {
     const auto& circles = line_.circles_;
-    const double last_mm = first_scales * scale_mm + window_chords * chord_mm_;
+    const double last_mm = first_scales * scale_mm + window_share * contour_.perimeter();
     end.point_ = nose;
     for (int round = 0; round < rounds_of_end; ++round) {
         const InscribedCircle *near = nullptr, *far = nullptr;

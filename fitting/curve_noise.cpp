@@ -6,15 +6,6 @@
 #include "fitting/smoothing.hpp"
 
 namespace cmm::fitting {
-namespace {
-
-// The posterior takes the roughness of every knot for known. It is not, and a knot's own error of it moves the curve
-// there and nowhere else: so large, against the control's posterior variance, is that on blades of three families at 1
-// to 5 um (docs/measured.md).
-constexpr double own_share = 0.22;
-
-}  // namespace
-
 CurveNoise::CurveNoise(std::vector<double> breaks, std::vector<CubicBasis> bases,
                        std::vector<std::array<double, 4>> covariance, std::shared_ptr<const BandSolver<4>> normal,
                        double sigma_mm)
@@ -56,12 +47,10 @@ void CurveNoise::add_place(double t, double weight, std::span<double> slopes) co
 double CurveNoise::variance(std::span<double> slopes) const {
     const std::vector<double> by_control(slopes.begin(), slopes.end());
     normal_->solve(slopes);
-    double posterior = 0.0, own = 0.0;
-    for (std::size_t k = 0; k < slopes.size(); ++k) {
-        posterior += by_control[k] * slopes[k];
-        own += by_control[k] * by_control[k] * covariance_[k][0];
-    }
-    return point_sigma_mm_ * point_sigma_mm_ * std::max(posterior, 0.0) + own_share * own;
+    double sum = 0.0;
+    for (std::size_t k = 0; k < slopes.size(); ++k)
+        sum += by_control[k] * slopes[k];
+    return point_sigma_mm_ * point_sigma_mm_ * std::max(sum, 0.0);
 }
 
 }  // namespace cmm::fitting

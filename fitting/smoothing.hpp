@@ -36,8 +36,7 @@ class CurveNoise {
     /// with each control. First as many zeros as there are controls, then one call for each place.
     std::size_t controls() const { return covariance_.size(); }
     void add_place(double t, double weight, std::span<double> slopes) const;
-    /// Of a number with such slopes, mm^2 times their square: the posterior variance, and what every control's own
-    /// roughness adds, which is not known exactly. O(controls); `slopes` are used up.
+    /// Of a number with such slopes, mm^2 times their square. O(controls); `slopes` are used up.
     double variance(std::span<double> slopes) const;
 
   private:

@@ -295,10 +295,11 @@ SectionTruth::End SectionTruth::end_at(bool le) const {
     const double t_nose = le ? section_.le_nose : section_.te_nose;
     end.scale = scale_about(t_nose);
     end.point = jet(t_nose).position;
-    const Vec2 other = jet(le ? section_.te_nose : section_.le_nose).position;
-    const double chord = (other - end.point).norm();
+    double perimeter = 0.0;
+    for (std::size_t k = 0; k < samples_.size(); ++k)
+        perimeter += (samples_[(k + 1) % samples_.size()] - samples_[k]).norm();
     end.first = 2.0 * end.scale;
-    end.unit = end.first + 0.25 * chord;
+    end.unit = end.first + 0.12 * perimeter;
     for (int round = 0; round < 8; ++round)
         continue_line(le, end);
     return end;
