@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <system_error>
 
+#include "acquisition/section_figures.hpp"
+#include "acquisition/svg.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -38,6 +40,12 @@ core::Status export_json(const PartResult& part, const std::string& file) {
 
 core::Status export_html(const PartResult& part, const std::string& file) {
     return core::write_file(file, report_html(part));
+}
+
+core::Status export_svg(const PartResult& part, const std::string& file) {
+    const auto picture = map_figure(part);
+    if (!picture.empty()) return core::write_file(file, svg::standalone(picture));
+    return core::fail(core::ErrorCode::input_invalid, part.part_name + ": no section is compared with a nominal");
 }
 
 core::Status write_outputs(const PartResult& part, const std::string& dir) {

@@ -30,6 +30,8 @@ std::string verdict_word(const PartResult& part);
 core::Status export_csv(const PartResult& part, const std::string& dir);
 core::Status export_json(const PartResult& part, const std::string& file);
 core::Status export_html(const PartResult& part, const std::string& file);
+/// The map of deviations as a picture of its own. Errors also: input_invalid (no section is compared with a nominal).
+core::Status export_svg(const PartResult& part, const std::string& file);
 /// All of them into `dir`, which is made when it is not there. Errors: journal_io, journal_full.
 core::Status write_outputs(const PartResult& part, const std::string& dir);
 

@@ -173,6 +173,15 @@ std::string summary_table(const PartResult& part) {
            "<th class=\"word\">Decision</th></tr></thead>\n<tbody>" + rows + "</tbody></table></div>\n";
 }
 
+std::string map(const PartResult& part) {
+    const auto picture = map_figure(part);
+    if (picture.empty()) return {};
+    return "<h2>Deviations over the blade</h2>\n<div class=\"sheet map\">\n" +
+           figure("", "<b>Each section is a strip</b>, cut open at the trailing edge; red: too much material",
+                  picture) +
+           "</div>\n";
+}
+
 std::string trends(const PartResult& part) {
     if (part.sections.size() < 2) return {};
     std::string out;
@@ -318,7 +327,7 @@ std::string report_html(const PartResult& part) {
         "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>" +
         title + ": " + verdict_word(part) + "</title>\n<style>" + std::string(report_style()) +
         std::string(svg::figure_style()) + "</style></head>\n<body><main>\n";
-    out += head(part) + summary_table(part) + trends(part);
+    out += head(part) + summary_table(part) + map(part) + trends(part);
     out += "<h2>Sections</h2>\n" + key(part);
     for (const auto& section : part.sections)
         out += section_sheet(section, part.ball_radius_mm);

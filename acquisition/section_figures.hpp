@@ -26,6 +26,11 @@ std::string deviation_figure(const SectionResult& section);
 /// A characteristic over z.
 std::string trend_figure(const PartResult& part, std::string_view characteristic);
 
+/// The deviations of all sections in colours: each a strip, cut open at the TE, arc length from the LE nose (right:
+/// counter-clockwise) against z. Between the strips nothing is filled in; what the ball does not reach is grey.
+/// The scale ends at half the widest tolerance zone. Needs a nominal.
+std::string map_figure(const PartResult& part);
+
 /// Width of the tolerance zone in each fitting::Zone, where there is one.
 using ZoneLimits = std::array<std::optional<double>, 4>;
 ZoneLimits zone_limits_mm(const SectionResult& section);

@@ -157,6 +157,11 @@ void Picture::path(std::string_view css, const std::string& data, double stroke_
     body_.append(" d=\"").append(data).append("\"/>\n");
 }
 
+void Picture::fill(std::string_view colour, const std::string& data) {
+    if (data.empty()) return;
+    body_.append("<path style=\"fill:").append(colour).append(";stroke:none\" d=\"").append(data).append("\"/>\n");
+}
+
 void Picture::line(std::string_view css, const Vector2d& from, const Vector2d& to) {
     path(css, "M" + at(from) + "L" + at(to));
 }
@@ -228,11 +233,18 @@ font-family:system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,san
 .fig .zone{fill:var(--zone);stroke:none}
 .fig path.sure{fill:var(--side);opacity:.22;stroke:none}
 .fig .bar{stroke:var(--ink);stroke-width:1.2}
+.fig path.unknown{fill:var(--nominal);opacity:.45;stroke:none}
 .fig .trend{stroke:var(--side);stroke-width:1;opacity:.6}
 .fig .error{stroke:var(--soft);stroke-width:1}
 .fig circle.reported{fill:var(--side)}.fig circle.accept{fill:var(--good)}.fig circle.reject{fill:var(--out);stroke:none}
 .fig circle.undecided{fill:var(--open)}
 )css";
+}
+
+std::string standalone(const std::string& picture) {
+    const std::string_view end = "</title>\n";
+    const auto at = picture.find(end) + end.size();
+    return picture.substr(0, at) + "<style>" + std::string(figure_style()) + "</style>\n" + picture.substr(at);
 }
 
 }  // namespace cmm::acquisition::svg

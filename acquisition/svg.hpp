@@ -40,6 +40,8 @@ class Picture {
     Picture(double width_px, double height_px, std::string_view description);
     /// `stroke_px` overrides the class's width.
     void path(std::string_view css, const std::string& data, double stroke_px = 0.0);
+    /// An area of one colour ("#rrggbb"), whatever the style.
+    void fill(std::string_view colour, const std::string& data);
     void line(std::string_view css, const Vector2d& from, const Vector2d& to);
     void box(std::string_view css, const Vector2d& corner, const Vector2d& size);
     void circle(std::string_view css, const Vector2d& centre, double radius_px);
@@ -58,5 +60,7 @@ class Picture {
 
 /// The style of the classes, light and dark, as CSS text.
 std::string_view figure_style();
+/// A finished picture with its style inside: a file of its own.
+std::string standalone(const std::string& picture);
 
 }  // namespace cmm::acquisition::svg

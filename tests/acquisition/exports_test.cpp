@@ -9,8 +9,10 @@
 #include <set>
 
 #include "acquisition/evaluation.hpp"
+#include "acquisition/section_figures.hpp"
 #include "core/text.hpp"
 #include "tests/acquisition/synthetic_blade.hpp"
+#include "tests/acquisition/temp_folder.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -187,13 +189,48 @@ TEST(ReportHtml, IsOneFileWithEscapedNamesAndAllPictures) {
     EXPECT_EQ(count_of(html, "<article"), 2U);
     EXPECT_EQ(count_of(html, "deviations \u00d7 "), 2U) << "the magnification is stated";
     EXPECT_EQ(count_of(html, "deviation in \u00b5m"), 2U);
-    EXPECT_EQ(count_of(html, ">z in mm<"), 8U) << "a trend for each characteristic";
+    EXPECT_EQ(count_of(html, ">z in mm<"), 9U) << "a trend for each characteristic, and the map";
     EXPECT_EQ(count_of(html, "fit residual"), 8U) << "rejected points with their reason";
     EXPECT_NE(html.find("class=\"whisker-out\""), std::string::npos);
     EXPECT_NE(html.find("prefers-color-scheme:dark"), std::string::npos);
     EXPECT_LT(html.size() / part.sections.size(), 200'000U) << "fifteen sections stay below 3 MB";
     EXPECT_EQ(count_of(html, "<svg"), count_of(html, "</svg>"));
     EXPECT_EQ(count_of(html, "<div"), count_of(html, "</div>"));
+}
+
+/// The colours where the part is as thick as it should be, and where it is 0.2 mm thicker than its zone of 0.1 mm.
+TEST(DeviationMap, ShowsEachSectionAsAStripInTheColourOfItsDeviation) {
+    const std::string neutral = "#f2f2f2", most = "#b2182b", least = "#2166ac";
+    const auto scale_boxes = [](const std::string& text, const std::string& colour) {
+        return count_of(text, "fill:" + colour);
+    };
+    const auto good = map_figure(part_of({section_at(0, 0.0), section_at(1, 0.0)}));
+    EXPECT_EQ(scale_boxes(good, neutral), 2U) << "its strips and the scale";
+    EXPECT_EQ(scale_boxes(good, most), 1U) << "the scale alone";
+    const auto thick = map_figure(part_of({section_at(0, 0.0), section_at(1, 0.2)}));
+    EXPECT_EQ(scale_boxes(thick, most), 2U);
+    EXPECT_EQ(scale_boxes(thick, least), 1U);
+    EXPECT_NE(thick.find("+50<"), std::string::npos) << "the scale ends at half the zone";
+    EXPECT_NE(thick.find("SUCTION SIDE"), std::string::npos);
+    EXPECT_EQ(thick.find("nan"), std::string::npos);
+    EXPECT_TRUE(map_figure(part_of({})).empty());
+}
+
+TEST(DeviationMap, WhatTheBallDoesNotReachHasNoColour) {
+    auto section = section_at(0, 0.0);
+    ASSERT_EQ(map_figure(part_of({section})).find("unknown"), std::string::npos);
+    for (std::size_t i = 100; i < 140; ++i)
+        section.deviation_mm[i].reset();
+    EXPECT_NE(map_figure(part_of({section})).find("unknown"), std::string::npos);
+}
+
+TEST(DeviationMap, IsAFileOfItsOwn) {
+    TempFolder folder;
+    ASSERT_TRUE(export_svg(part_of({section_at(0, 0.1)}), folder.path("map.svg")));
+    const auto text = core::read_file(folder.path("map.svg")).value();
+    EXPECT_TRUE(text.starts_with("<svg xmlns="));
+    EXPECT_NE(text.find("<style>"), std::string::npos);
+    EXPECT_EQ(export_svg(part_of({}), folder.path("none.svg")).error().code, core::ErrorCode::input_invalid);
 }
 
 TEST(ReportHtml, ANameThatIsTheNumberIsNotRepeated) {
