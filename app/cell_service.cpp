@@ -130,7 +130,8 @@ core::Status CellService::start_page() {
     settings_.page.runs = settings_.runs;
     web::ServiceView view;
     view.cell = [this] {
-        return "{" + cell_fields(front_->view()) + ",\"plc\":{" + plc_fields(front_->counts()) + "}}";
+        return "{" + cell_fields(front_->view()) + ",\"plc\":{\"port\":" + std::to_string(front_->port()) + "," +
+               plc_fields(front_->counts()) + "}}";
     };
     view.metrics = [this](web::MetricsText& text) {
         metrics_.print(text, front_->view(), front_->counts());

@@ -255,6 +255,7 @@ function draw(what: 'all' | 'points' = 'all') {
     if (everything) { drawBlade(); drawTable(); drawRejected(); drawPoint(); drawRuns(); drawWords(); }
     everything = false;
     document.body.dataset.motion = run?.motion ?? 'idle';
+    document.body.dataset.run = run?.id ?? '';
     document.body.dataset.connected = String(run?.connected ?? true);
     document.body.dataset.points = String(run ? [...run.live.values()].reduce((sum, list) => sum + list.length, 0) : 0);
     document.body.dataset.gap = run?.gap ? run.gap.join('-') : '';
