@@ -101,9 +101,12 @@ core::Status CellRun::write_files() const {
 
 /// A section that is rejected, while it is measured or behind its last point, settles the verdict (docs/cli.md).
 void CellRun::hear(const acquisition::Event& event) {
+    if (event.kind == EventKind::resume) return hooks_.held(Reason::none);
+    const bool hold = event.kind == EventKind::hold;
     const bool path = event.kind == EventKind::path_started, section = event.kind == EventKind::section_final;
-    if (!path && !section && event.kind != EventKind::gate_decision) return;
+    if (!hold && !path && !section && event.kind != EventKind::gate_decision) return;
     const auto fields = nlohmann::json::parse("{" + event.payload + "}", nullptr, false);
+    if (hold) return hooks_.held(cell::reason_of(std::string_view(fields.value("code", ""))));
     if (path) {
         section_ = fields.value("section", std::size_t{0}) + 1;
         return hooks_.progress(share_, section_, "");

@@ -25,7 +25,8 @@ struct CellRunHooks {
     /// Section from 1 on; a text now and then, otherwise none. The run's thread.
     std::function<void(double share, std::size_t section, const std::string& text)> progress;
     std::function<void(std::size_t section, core::Duration arrived)> rejected;  ///< for certain; any thread
-    std::function<void()> ended;                                                ///< the run's thread
+    std::function<void(cell::Reason)> held;  ///< it waits at rest, none: it goes on; any thread
+    std::function<void()> ended;             ///< the run's thread
 };
 
 /// One part on the machine: a scan job with everything it needs, from the part file to the files in its folder. Made,

@@ -174,6 +174,7 @@ void CellService::run(const cell::Order& order) {
     hooks.rejected = [this](std::size_t section, core::Duration arrived) {
         front_->rejected_for_certain(section, arrived);
     };
+    hooks.held = [this](cell::Reason reason) { front_->held(reason); };
     hooks.ended = [this] { ended(); };
     auto made = std::make_unique<CellRun>(context_, link_, clock_, workers_, std::move(hooks));
     CellRun::Order what;

@@ -18,6 +18,7 @@ std::string cell_fields(const cell::CellView& view) {
         .add("reason_text", cell::text_of(view.outcome.reason))
         .add("rejected_for_certain", view.rejected_for_certain)
         .add("may_be_moving", view.outcome.may_be_moving)
+        .add("held_by", cell::text_of(view.held_by))
         .add("plc_lives", view.plc_lives);
     return fields.text();
 }

@@ -158,8 +158,14 @@ void Cell::progress(double share, std::size_t section) {
     show();
 }
 
+void Cell::held(Reason reason) {
+    held_by_ = state_ == CellState::busy || state_ == CellState::stopping ? reason : Reason::none;
+    show();
+}
+
 void Cell::ended(const Outcome& outcome) {
     if (state_ != CellState::busy && state_ != CellState::stopping) return;
+    held_by_ = Reason::none;
     outcome_ = outcome;
     // What is certain stays so, whatever broke the run off; otherwise a run that was to stop has no verdict.
     if (outcome_.result == CellResult::error && decided_section_ != 0) outcome_.result = CellResult::rejected;
@@ -190,12 +196,13 @@ void Cell::show() {
     if (decided_section_ != 0 && (is_busy(state_) || done)) status |= status_bit::rejected_for_certain;
     if (state_ == CellState::busy || state_ == CellState::stopping || outcome_.may_be_moving)
         status |= status_bit::may_be_moving;
+    if (held_by_ != Reason::none) status |= status_bit::held;
     const auto result = done ? outcome_.result : CellResult::none;
     const auto certain = decided_section_ != 0 && is_busy(state_) ? CellResult::rejected : result;
     w[CellBlock::status] = static_cast<std::uint16_t>(status);
     w[CellBlock::state] = static_cast<std::uint16_t>(state_);
     w[CellBlock::result] = static_cast<std::uint16_t>(result);
-    w[CellBlock::reason] = static_cast<std::uint16_t>(done ? outcome_.reason : Reason::none);
+    w[CellBlock::reason] = static_cast<std::uint16_t>(done ? outcome_.reason : held_by_);
     w[CellBlock::decision] = static_cast<std::uint16_t>(certain);
     w[CellBlock::decided_section] = word(is_busy(state_) || done ? decided_section_ : 0);
     cell_.put_run(order_.run);
@@ -208,7 +215,7 @@ void Cell::show() {
 }
 
 CellView Cell::view() const {
-    return {state_, order_, outcome_, decided_section_ != 0, lives_, losses_, section_, share_};
+    return {state_, order_, outcome_, decided_section_ != 0, lives_, losses_, section_, share_, held_by_};
 }
 
 }  // namespace cmm::cell

@@ -36,9 +36,10 @@ struct CellView {
     Outcome outcome;  ///< of that part, none until it is known
     bool rejected_for_certain = false;
     bool plc_lives = false;
-    std::uint64_t plc_losses = 0;  ///< how often its heartbeat stood still for too long
-    std::size_t section = 0;       ///< under the probe, from 1 on; 0: none
-    double share = 0.0;            ///< done of the part
+    std::uint64_t plc_losses = 0;   ///< how often its heartbeat stood still for too long
+    std::size_t section = 0;        ///< under the probe, from 1 on; 0: none
+    double share = 0.0;             ///< done of the part
+    Reason held_by = Reason::none;  ///< what the run waits for
 };
 
 /// One measuring cell between a PLC's registers and the runs: the shell round the table of handshake.hpp. One thread;
@@ -58,6 +59,8 @@ class Cell {
     /// The part is out of tolerance whatever comes; while a run goes on.
     void rejected_for_certain(std::size_t section);
     void progress(double share, std::size_t section);
+    /// The run waits at rest for what may pass, and goes on by itself; none: it does.
+    void held(Reason reason);
     /// The run is over.
     void ended(const Outcome& outcome);
     /// No start is taken any more, a run is stopped. Nothing is under way once `at_rest`.
@@ -85,6 +88,7 @@ class Cell {
     std::optional<Reason> stopped_by_;
     std::size_t decided_section_ = 0;  // from 1 on; 0: not decided
     std::size_t section_ = 0;
+    Reason held_by_ = Reason::none;
     double share_ = 0.0;
     core::Duration heard_{0}, ticked_{0};  // the PLC's heartbeat changed last; ours
     bool lives_ = false, shutting_down_ = false;

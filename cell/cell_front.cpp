@@ -19,7 +19,7 @@ constexpr auto tick_every = std::chrono::milliseconds(20);
 /// What a PLC sees of a view; the share of the work is no news.
 auto visible(const CellView& view) {
     return std::make_tuple(view.state, view.order.run, view.outcome.result, view.outcome.reason,
-                           view.rejected_for_certain, view.plc_lives);
+                           view.rejected_for_certain, view.plc_lives, view.held_by);
 }
 
 }  // namespace
@@ -119,6 +119,10 @@ void CellFront::rejected_for_certain(std::size_t section, core::Duration arrived
 
 void CellFront::progress(double share, std::size_t section) {
     impl_->post([at = impl_.get(), share, section] { at->cell.progress(share, section); });
+}
+
+void CellFront::held(Reason reason) {
+    impl_->post([at = impl_.get(), reason] { at->cell.held(reason); });
 }
 
 void CellFront::ended(const Outcome& outcome) {

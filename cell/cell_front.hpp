@@ -37,6 +37,7 @@ class CellFront {
     /// `arrived`: when the sample that decided it came in.
     void rejected_for_certain(std::size_t section, core::Duration arrived);
     void progress(double share, std::size_t section);
+    void held(Reason reason);
     void ended(const Outcome& outcome);
     void shut_down();
 

@@ -60,6 +60,13 @@ Reason reason_of(ErrorCode code) noexcept {
     return found == numbers.end() ? Reason::internal : static_cast<Reason>(found->number);
 }
 
+Reason reason_of(std::string_view code_name) noexcept {
+    const auto* const found = std::find_if(numbers.begin(), numbers.end(), [code_name](const Number& known) {
+        return core::to_string(known.code) == code_name;
+    });
+    return found == numbers.end() ? Reason::internal : static_cast<Reason>(found->number);
+}
+
 std::string_view to_string(CellResult result) noexcept {
     return result_names[static_cast<std::size_t>(result)];
 }

@@ -57,6 +57,8 @@ struct Outcome {
 
 /// 300 to 700 and the kind of error: its own number for each code that somebody at the cell can do something about.
 Reason reason_of(core::ErrorCode code) noexcept;
+/// The same of its name, as events have it ("machine_door"); internal for a name that is none.
+Reason reason_of(std::string_view code_name) noexcept;
 /// "none", "accepted", ...
 std::string_view to_string(CellResult result) noexcept;
 /// A line for people, e.g. "aborted by the PLC".

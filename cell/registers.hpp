@@ -22,7 +22,7 @@ inline constexpr std::uint16_t all = part_present | start | abort | acknowledge;
 
 namespace status_bit {
 inline constexpr std::uint16_t ready = 1, busy = 2, done = 4, rejected_for_certain = 8, plc_lives = 16,
-                               may_be_moving = 32;
+                               may_be_moving = 32, held = 64;
 }  // namespace status_bit
 
 /// Registers that the PLC writes, from `first` on.

@@ -285,6 +285,25 @@ TEST_F(CellTest, ItsHeartbeatGoesOn) {
     EXPECT_EQ(read(CellBlock::watchdog_ms), 2000);
 }
 
+TEST_F(CellTest, WhatARunWaitsForIsToldWhileItWaits) {
+    cell->held(reason_of(core::ErrorCode::machine_door));
+    EXPECT_FALSE(status(status_bit::held)) << "nothing runs";
+    to_busy();
+    cell->held(reason_of(std::string_view("machine_door")));
+    EXPECT_TRUE(status(status_bit::held));
+    EXPECT_TRUE(status(status_bit::may_be_moving)) << "it goes on by itself";
+    EXPECT_EQ(read(CellBlock::reason), 408);
+    EXPECT_EQ(read(CellBlock::result), 0);
+    cell->held(Reason::none);
+    EXPECT_FALSE(status(status_bit::held));
+    EXPECT_EQ(read(CellBlock::reason), 0);
+    cell->held(reason_of(core::ErrorCode::journal_full));
+    cell->ended({CellResult::error, reason_of(core::ErrorCode::journal_full), false});
+    cell->recorded();
+    EXPECT_FALSE(status(status_bit::held));
+    EXPECT_EQ(read(CellBlock::reason), 601);
+}
+
 TEST_F(CellTest, ThatTheMachineMayMoveIsToldWithTheResult) {
     to_busy();
     cell->ended({CellResult::error, reason_of(core::ErrorCode::transport_closed), true});

@@ -3,7 +3,8 @@
 #   cell_faults.py PORT SCENE
 # Scenes: stops (silence, abort, part taken away, starts that cannot be), refusals (bad requests), begin (starts a part and
 # leaves), killed (finds the part that was begun as killed), standing (measures a part, does not acknowledge), stands (finds
-# that result, acknowledges and goes on). Exit code 1: not as documented; 77: no pymodbus.
+# that result, acknowledges and goes on), door (opens in the run and closes again), machine gone (during the part that was
+# begun, and is there again later). Exit code 1: not as documented; 77: no pymodbus.
 import sys
 import time
 
@@ -100,6 +101,21 @@ if __name__ == "__main__":
     elif scene == "begin":
         begin(plc, serial="KILLED")
         measure_a_while(plc)
+    elif scene == "door":
+        begin(plc, serial="DOOR")
+        plc.until("waiting", lambda: plc.status & 64)
+        check("for the door, and will go on", plc.reason == 408 and plc.status & BUSY and plc.status & MOVING)
+        plc.until("end of the waiting", lambda: not plc.status & 64)
+        finish(plc, "accepted", 1)
+    elif scene == "machine gone":
+        plc.command = PRESENT
+        plc.cycle()
+        plc.until("done", lambda: plc.status & DONE, 30)
+        check("an error of the link", RESULTS[plc.result] == "error" and 500 <= plc.reason <= 502, str(plc.reason))
+        check("nobody has seen it stand", plc.status & MOVING)
+        plc.command = ACKNOWLEDGE
+        plc.until("end of done", lambda: not plc.status & DONE)
+        plc.part(1, 1)
     elif scene == "killed":
         plc.command = PRESENT | START  # as it was when the other side went
         for _ in range(5):

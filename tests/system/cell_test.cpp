@@ -5,6 +5,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <nlohmann/json.hpp>
 
 #include "tests/support/process.hpp"
@@ -32,7 +33,7 @@ constexpr const char* long_part = "config/parts/demo.toml";
 class CellSystemTest : public ::testing::Test {
   protected:
     /// Program 1 is what lies on the machine, program 2 a blade 0.3 mm thicker, program 3 is broken.
-    void prepare(const std::string& part, const std::string& speed) {
+    void prepare(const std::string& part, const std::string& speed, const std::string& faults = "") {
         if (run({"/usr/bin/python3", "-c", "import pymodbus"}).exit_code != 0)
             GTEST_SKIP() << "apt-get install python3-pymodbus";
         std::filesystem::create_directory(folder / "parts");
@@ -43,7 +44,9 @@ class CellSystemTest : public ::testing::Test {
         std::ofstream(folder / "parts/002.toml") << text;
         std::ofstream(folder / "parts/3 broken.toml") << "[part]\nname = 3\n";
         std::ofstream(folder / "parts/readme.txt") << "not a part\n";
-        machine = std::make_unique<SimulatedMachine>(part, folder, std::vector<std::string>{"--speed", speed});
+        std::vector<std::string> more{"--speed", speed};
+        if (!faults.empty()) more.insert(more.end(), {"--faults", faults});
+        machine = std::make_unique<SimulatedMachine>(part, folder, more);
         ASSERT_FALSE(machine->url().empty());
     }
     void start(const std::vector<std::string>& more = {}) {
@@ -202,6 +205,33 @@ TEST_F(CellSystemTest, ABrokerIsToldAndWhenItIsGoneNothingWaits) {
     end();
     EXPECT_NE(hear("hall/cell7/online", "1").find("hall/cell7/online 0"), std::string::npos);
     EXPECT_NE(cell->err().find("the broker is gone"), std::string::npos) << cell->err();
+}
+
+TEST_F(CellSystemTest, AnOpenDoorIsToldWhileItIsWaitedFor) {
+    const std::string faults = folder / "faults.toml";
+    std::ofstream(faults) << "[[fault]]\nwhat = \"door\"\nsamples = 60\nfor_s = 1.0\n";
+    prepare(small_part, "6", faults);
+    if (IsSkipped()) return;
+    start({"--wait-s", "20"});
+    plc("cell_faults.py", "door");
+    end();
+}
+
+TEST_F(CellSystemTest, AMachineThatIsGoneIsToldAndTakenUpAgain) {
+    prepare(long_part, "5");
+    if (IsSkipped()) return;
+    start();
+    plc("cell_faults.py", "begin");
+    const std::string url = machine->url();
+    machine->process().signal(SIGKILL);
+    machine->process().wait(std::chrono::seconds(5));
+    // Before the PLC comes back: it is away for less than its watchdog, the machine for as long as the link is tried.
+    auto gone = std::async(std::launch::async, [&] { plc("cell_faults.py", "machine gone"); });
+    EXPECT_TRUE(wait_for([&] { return record().value("phase", "") == "done"; }));
+    machine = std::make_unique<SimulatedMachine>(long_part, folder, std::vector<std::string>{"--speed", "20"},
+                                                 url.substr(0, url.find('?')));
+    gone.get();
+    end();
 }
 
 TEST_F(CellSystemTest, TheEndOfTheServiceStopsTheMachineFirst) {
