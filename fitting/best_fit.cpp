@@ -14,7 +14,7 @@ constexpr int most_rounds = 60;
 constexpr double still = 1e-10;        // mm, and rad times the section's size
 constexpr double least_weight = 1e-9;  // of a direction against the best known one: below, it is not determined
 
-tl::unexpected<core::Error> refuse(const char* why) {
+tl::unexpected<core::Error> cannot_fit(const char* why) {
     return core::fail(core::ErrorCode::fit_not_evaluable, why);
 }
 
@@ -34,8 +34,8 @@ class Fitter {
     }
 
     core::Result<BestFit> run() {
-        if (taken_.size() < least_points) return refuse("best fit: too few points");
-        if (!options_.translate && !options_.rotate) return refuse("best fit: nothing may move");
+        if (taken_.size() < least_points) return cannot_fit("best fit: too few points");
+        if (!options_.translate && !options_.rotate) return cannot_fit("best fit: nothing may move");
         for (fit_.rounds = 1; fit_.rounds <= most_rounds; ++fit_.rounds) {
             if (auto status = step(); !status) return tl::unexpected(status.error());
             if (last_move_ < still) {
@@ -43,7 +43,7 @@ class Fitter {
                 return fit_;
             }
         }
-        return refuse("best fit: no convergence");
+        return cannot_fit("best fit: no convergence");
     }
 
   private:
@@ -107,11 +107,12 @@ class Fitter {
             length += taken.width_mm;
             ++counted;
         }
-        if (counted < least_points) return refuse("best fit: the contour and the nominal do not lie on each other");
+        if (counted < least_points) return cannot_fit("best fit: the contour and the nominal do not lie on each other");
         if (!options_.translate) normal(0, 0) = normal(1, 1) = length;
         if (!options_.rotate) normal(2, 2) = length;
         const auto values = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(normal).eigenvalues();
-        if (!(values[0] > least_weight * values[2])) return refuse("best fit: the points do not determine the motion");
+        if (!(values[0] > least_weight * values[2]))
+            return cannot_fit("best fit: the points do not determine the motion");
         inverse_ = normal.inverse();
         const Eigen::Vector3d move = inverse_ * moment;
         fit_.shift_mm += move.head<2>();

@@ -13,7 +13,7 @@ namespace {
 constexpr int search_steps = 40;
 constexpr double still_mm = 1e-9;
 
-core::Result<CamberPlace> refuse(const char* why) {
+core::Result<CamberPlace> no_camber(const char* why) {
     return core::fail(core::ErrorCode::fit_not_evaluable, why);
 }
 
@@ -122,14 +122,14 @@ core::Result<CamberPlace> CamberLine::at_distance(const CamberEnd& end, double d
     std::size_t k = 0;
     while (k < n && distance(circles_[counted(k)].centre) < distance_mm)
         ++k;
-    if (k == 0 || k == n) return refuse("the camber line does not reach so far");
+    if (k == 0 || k == n) return no_camber("the camber line does not reach so far");
     const InscribedCircle &near = circles_[counted(k - 1)], &far = circles_[counted(k)];
     const Vec2 step = far.centre - near.centre, forward = step.normalized(), side = across(forward, near);
     double share = 0.5;
     std::optional<InscribedCircle> circle;
     for (int round = 0; round < search_steps; ++round) {
         circle = finder_.on_line(near.centre + share * step, side);
-        if (!circle) return refuse("no circle fits between the sides there");
+        if (!circle) return no_camber("no circle fits between the sides there");
         const double missing = distance_mm - distance(circle->centre);
         if (std::abs(missing) < still_mm) break;
         share += missing / step.norm();

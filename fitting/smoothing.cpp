@@ -19,7 +19,7 @@ using core::ErrorCode;
 using Four = std::array<double, 4>;
 using Five = std::array<double, 5>;
 
-constexpr std::size_t least_points = 12;
+constexpr std::size_t points_needed = 12;
 constexpr std::size_t least_spans = 10, most_spans = 512;
 constexpr double least_sigma_mm = 2e-5;  // nothing below is resolved
 constexpr double anchor_sigmas = 12.0;   // distance of anchors
@@ -423,8 +423,8 @@ class Smoother {
 }  // namespace
 
 core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points, Stiffness stiffness) {
-    if (points.size() < least_points)
-        return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: needs " + std::to_string(least_points) +
+    if (points.size() < points_needed)
+        return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: needs " + std::to_string(points_needed) +
                                                             " points, got " + std::to_string(points.size()));
     Smoother smoother(points, stiffness);
     if (const auto status = smoother.run(); !status) return tl::unexpected(status.error());

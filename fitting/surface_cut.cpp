@@ -14,7 +14,7 @@ namespace {
 using core::ErrorCode;
 
 constexpr int most_cut_steps = 60;
-constexpr double settled = 1e-12;  // of the height, and of 1 mm
+constexpr double rounding = 1e-12;  // of the height, and of 1 mm
 
 /// Height of S + d N above the asked one, and its slope by v.
 class Height {
@@ -43,7 +43,7 @@ std::optional<double> crossing(Height& height, double u, double v, double low, d
     const double size = high - low;
     for (int step = 0; step < most_cut_steps; ++step) {
         const double off = height.at({u, v}, slope);
-        if (std::abs(off) <= settled * std::max(1.0, std::abs(size))) return v;
+        if (std::abs(off) <= rounding * std::max(1.0, std::abs(size))) return v;
         (off < 0.0 ? low : high) = v;
         double next = v - off / slope;
         if (!(slope > 0.0) || !(next > low && next < high)) {
@@ -68,7 +68,7 @@ core::Result<PlaneCut> cut_at_height(const Surface& surface, double distance_mm,
     for (const double asked : u) {
         const double at = surface.u().inside(asked);
         double slope = 0.0;
-        if (!(height.at({at, low}, slope) <= settled * high) || !(height.at({at, high}, slope) >= -settled * high))
+        if (!(height.at({at, low}, slope) <= rounding * high) || !(height.at({at, high}, slope) >= -rounding * high))
             return core::fail(
                 ErrorCode::fit_not_evaluable,
                 "plane cut: z = " + core::fixed(z_mm, 3) + " mm lies beyond the surface at u = " + core::fixed(at, 3));
