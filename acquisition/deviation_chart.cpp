@@ -139,7 +139,7 @@ ZoneLimits zone_limits_mm(const SectionResult& section) {
     ZoneLimits limits;
     for (const auto zone : {Zone::le, Zone::suction, Zone::te, Zone::pressure}) {
         const auto* c = section.find("profile_" + std::string(fitting::to_string(zone)));
-        if (c != nullptr) limits[static_cast<std::size_t>(zone)] = c->limit_mm;
+        if (c != nullptr) limits[static_cast<std::size_t>(zone)] = c->upper;
     }
     return limits;
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "acquisition/asked_characteristics.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "fitting/statistics.hpp"
@@ -32,20 +33,16 @@ constexpr double shown_share = 0.0005;  // of a zone that is not evaluable: belo
 constexpr const char* not_reached = "not evaluable there: the ball does not reach";
 constexpr const char* profile_method = "line profile ISO 1101, 2 max|d|, nominal frame";
 constexpr const char* radius_method = "orthogonal-distance circle through the edge's points";
-constexpr const char* chord_method = "NOSETAIL: distance of the nose points";
-constexpr const char* thickness_method = "INSCRIBED: diameter of the largest inscribed circle";
+constexpr const char* chord_method = "NOSETAIL: between the points where the camber line leaves the section";
+constexpr const char* thickness_method = "MAX_INSCRIBED: diameter of the largest inscribed circle";
 
-Characteristic not_evaluable(const char* name, const std::string& method, std::optional<double> limit,
+Characteristic not_evaluable(const std::string& name, const std::string& method, std::optional<double> limit,
                              std::string why) {
     return {name, method, {}, {}, limit, Decision::not_evaluable, std::move(why)};
 }
 
 Characteristic reported(const char* name, const std::string& method, double value, double u95, std::string note) {
     return {name, method, value, u95, {}, Decision::reported, std::move(note)};
-}
-
-std::string systematic_note(double error_mm) {
-    return error_mm > 0.0 ? "U95 includes " + core::length_text(error_mm) + " of 2-D offset error" : std::string();
 }
 
 std::optional<double> limit_of(const ProfileZone& zone, const EvaluationOptions& options) {
@@ -80,11 +77,10 @@ std::string worst_note(double deviation_mm, const Vector2d& at) {
 
 /// `deviation` is filtered, a value for each contour point. A filter takes noise away; the uncertainty stays that of
 /// the contour.
-Characteristic profile(const ProfileZone& zone, const SectionResult& section, const fitting::FilteredZones& deviation,
-                       const EvaluationOptions& options) {
+Characteristic profile(const ProfileZone& zone, const SectionResult& section, const std::vector<ContourPoint>& contour,
+                       const fitting::FilteredZones& deviation, const EvaluationOptions& options) {
     const auto limit = limit_of(zone, options);
     const std::string method = profile_method_of(options.filters.at(zone.zone));
-    const auto& contour = section.fit->contour;
     std::optional<std::size_t> worst;
     std::size_t points = 0;
     std::size_t judged = 0;
@@ -104,10 +100,11 @@ Characteristic profile(const ProfileZone& zone, const SectionResult& section, co
         zone.name,          method, 2.0 * std::abs(largest), 2.0 * u95_of_worst(contour[*worst], section), limit,
         Decision::reported, {}};
     c.note = worst_note(largest, contour[*worst].position_mm);
-    if (const auto note = systematic_note(contour[*worst].offset_error_mm); !note.empty()) c.note += "; " + note;
+    if (const auto note = offset_error_note(contour[*worst].offset_error_mm, Unit::mm); !note.empty())
+        c.note += "; " + note;
     if (const auto share = static_cast<double>(points - judged) / static_cast<double>(points); share > shown_share)
         c.note += "; " + core::fixed(100.0 * share, 1) + " % of it " + not_reached;
-    if (limit) c.decision = decide(*c.value_mm, *c.u95_mm, *limit);
+    if (limit) c.decision = decide(*c.value, *c.u95, *limit);
     return c;
 }
 
@@ -158,22 +155,106 @@ double size_u95(const ContourPoint& a, const ContourPoint& b) {
            b.offset_error_mm;
 }
 
-void add_sizes(SectionResult& section) {
-    const auto& fit = *section.fit;
+/// The chord and the thickness without a camber line: as the edges and the contour's points say, with bounds of their
+/// uncertainties.
+Characteristic plain_chord(const fitting::SectionFit& fit, const std::string& why) {
     const auto& le = nearest_to(fit.contour, fit.le_point_mm);
     const auto& te = nearest_to(fit.contour, fit.te_point_mm);
-    section.characteristics.push_back(edge_radius("le_radius", fit.le, le.offset_error_mm));
-    section.characteristics.push_back(edge_radius("te_radius", fit.te, te.offset_error_mm));
-    section.characteristics.push_back(reported("chord", chord_method, fit.chord_mm, size_u95(le, te),
-                                               systematic_note(le.offset_error_mm + te.offset_error_mm)));
+    auto c = reported("chord", "NOSETAIL: between the points where the edges halve the turn of the sides", fit.chord_mm,
+                      size_u95(le, te), offset_error_note(le.offset_error_mm + te.offset_error_mm, Unit::mm));
+    c.note += (c.note.empty() ? "" : "; ") + why;
+    return c;
+}
+
+Characteristic plain_thickness(const fitting::SectionFit& fit, const std::string& why) {
     const auto& worst = *std::max_element(fit.contour.begin(), fit.contour.end(), [](const auto& a, const auto& b) {
         const auto of_side = [](const ContourPoint& p) {
             return p.zone == Zone::suction || p.zone == Zone::pressure ? p.u95_mm : -1.0;
         };
         return of_side(a) < of_side(b);
     });
-    section.characteristics.push_back(reported("max_thickness", thickness_method, fit.max_thickness_mm,
-                                               size_u95(worst, worst), systematic_note(2.0 * worst.offset_error_mm)));
+    auto c = reported("max_thickness", thickness_method, fit.max_thickness_mm, size_u95(worst, worst),
+                      offset_error_note(2.0 * worst.offset_error_mm, Unit::mm));
+    c.note += (c.note.empty() ? "" : "; ") + why;
+    return c;
+}
+
+Characteristic size_of(const char* name, const fitting::Measure& measure, const fitting::MeasuredSection& measured) {
+    const auto uncertainty = measured.uncertainty(measure);
+    return reported(name, std::string(measure.method), measure.value, uncertainty.u95,
+                    offset_error_note(uncertainty.offset_error, Unit::mm));
+}
+
+void add_sizes(SectionResult& section, fitting::MeasuredSection& measured) {
+    const auto& fit = *section.fit;
+    auto& out = section.characteristics;
+    out.push_back(edge_radius("le_radius", fit.le, nearest_to(fit.contour, fit.le_point_mm).offset_error_mm));
+    out.push_back(edge_radius("te_radius", fit.te, nearest_to(fit.contour, fit.te_point_mm).offset_error_mm));
+    const auto chord = fitting::measure_chord(measured, fitting::ChordMethod::nose_tail);
+    out.push_back(chord ? size_of("chord", *chord, measured) : plain_chord(fit, chord.error().message));
+    const auto thickness = fitting::measure_max_thickness(measured);
+    out.push_back(thickness ? size_of("max_thickness", *thickness, measured)
+                            : plain_thickness(fit, thickness.error().message));
+}
+
+/// The profile of a zone after the best fit: the contour is carried into the frame of the nominal.
+Characteristic form_profile(CharacteristicKind kind, const fitting::BestFit& fit, const SectionResult& section,
+                            const ReferenceContour& nominal, const EvaluationOptions& options) {
+    std::vector<ContourPoint> moved = section.fit->contour;
+    for (auto& point : moved) {
+        point.position_mm = fit.in_nominal(point.position_mm);
+        point.normal = fit.direction_in_nominal(point.normal);
+    }
+    auto compared = moved;  // takes the offset error of the nominal's lean, which the contour has already
+    const auto deviation = nominal.compare(compared);
+    const auto filtered = fitting::filter_zones(moved, deviation, options.filters);
+    constexpr std::array zones{Zone::le, Zone::suction, Zone::te, Zone::pressure};
+    const auto first = static_cast<std::size_t>(CharacteristicKind::profile_form_le);
+    const Zone zone = zones[static_cast<std::size_t>(kind) - first];
+    const auto& of_zone =
+        *std::find_if(profile_zones.begin(), profile_zones.end(), [&](const ProfileZone& z) { return z.zone == zone; });
+    EvaluationOptions unlimited;
+    unlimited.filters = options.filters;
+    Characteristic c = profile(of_zone, section, moved, filtered, unlimited);
+    c.method += ", after the best fit of the section";
+    return c;
+}
+
+void add_asked(SectionResult& section, fitting::MeasuredSection& measured, const ReferenceContour* nominal,
+               const fitting::NominalSection* curve, const EvaluationOptions& options) {
+    const auto form = [&](CharacteristicKind kind, const fitting::BestFit& fit) {
+        return form_profile(kind, fit, section, *nominal, options);
+    };
+    AskedCharacteristics asked(measured, section.deviation_mm, nominal != nullptr ? curve : nullptr, form);
+    for (const auto& spec : options.asked) {
+        if (!spec.is_of(section.index)) continue;
+        Characteristic c = asked.make(spec, section);
+        const auto same = std::find_if(section.characteristics.begin(), section.characteristics.end(),
+                                       [&](const Characteristic& known) { return known.name == c.name; });
+        if (same != section.characteristics.end())
+            *same = std::move(c);
+        else
+            section.characteristics.push_back(std::move(c));
+    }
+}
+
+/// What was asked for of a section that has no contour.
+void add_asked_not_evaluable(SectionResult& section, const EvaluationOptions& options) {
+    for (const auto& spec : options.asked) {
+        if (!spec.is_of(section.index)) continue;
+        auto c = not_evaluable(spec.label, std::string(to_string(spec.kind)), {}, section.why);
+        c.unit = unit_of(spec.kind);
+        c.nominal = is_profile_form(spec.kind) ? std::nullopt : spec.nominal;
+        const double from = spec.nominal.value_or(0.0);
+        if (spec.above) c.upper = from + *spec.above;
+        if (spec.below) c.lower = from + *spec.below;
+        auto& all = section.characteristics;
+        const auto same = std::find_if(all.begin(), all.end(), [&](const auto& known) { return known.name == c.name; });
+        if (same != all.end())
+            *same = std::move(c);
+        else
+            all.push_back(std::move(c));
+    }
 }
 
 void add_nothing_evaluable(SectionResult& section, bool with_profiles, const EvaluationOptions& options) {
@@ -188,6 +269,7 @@ void add_nothing_evaluable(SectionResult& section, bool with_profiles, const Eva
     out.push_back(not_evaluable("te_radius", radius_method, {}, section.why));
     out.push_back(not_evaluable("chord", chord_method, {}, section.why));
     out.push_back(not_evaluable("max_thickness", thickness_method, {}, section.why));
+    add_asked_not_evaluable(section, options);
 }
 
 void take_fit(SectionResult& section, core::Result<fitting::SectionFit> fit) {
@@ -209,14 +291,27 @@ double guard_band_mm(double u95_mm) {
     return guard_share * u95_mm;
 }
 
-Decision decide(double value_mm, double u95_mm, double limit_mm) {
-    const double g = guard_band_mm(u95_mm);
-    if (value_mm + g <= limit_mm) return Decision::accept;
-    return value_mm - g > limit_mm ? Decision::reject : Decision::undecided;
+std::string offset_error_note(double error, Unit unit) {
+    if (!(error > 0.0)) return {};
+    const std::string size = unit == Unit::mm ? core::length_text(error) : worded(error, unit);
+    return "U95 includes " + size + " of 2-D offset error";
+}
+
+Decision decide(double value, double u95, double limit) {
+    return decide(value, u95, std::nullopt, limit);
+}
+
+Decision decide(double value, double u95, std::optional<double> lower, std::optional<double> upper) {
+    if (!lower && !upper) return Decision::reported;
+    const double g = guard_band_mm(u95);
+    if ((upper && value - g > *upper) || (lower && value + g < *lower)) return Decision::reject;
+    const bool inside = (!upper || value + g <= *upper) && (!lower || value - g >= *lower);
+    return inside ? Decision::accept : Decision::undecided;
 }
 
 SectionResult evaluate_section(SectionResult section, core::Result<fitting::SectionFit> fit,
-                               const ReferenceContour* nominal, const EvaluationOptions& options) {
+                               const ReferenceContour* nominal, const EvaluationOptions& options,
+                               const fitting::NominalSection* curve) {
     section.characteristics.clear();
     take_fit(section, std::move(fit));
     if (nominal != nullptr) section.nominal_contour = nominal->points();
@@ -228,9 +323,11 @@ SectionResult evaluate_section(SectionResult section, core::Result<fitting::Sect
         section.deviation_mm = nominal->compare(section.fit->contour);
         const auto filtered = fitting::filter_zones(section.fit->contour, section.deviation_mm, options.filters);
         for (const auto& zone : profile_zones)
-            section.characteristics.push_back(profile(zone, section, filtered, options));
+            section.characteristics.push_back(profile(zone, section, section.fit->contour, filtered, options));
     }
-    add_sizes(section);
+    fitting::MeasuredSection measured(*section.fit);
+    add_sizes(section, measured);
+    add_asked(section, measured, nominal, curve, options);
     return section;
 }
 
@@ -240,9 +337,9 @@ void reject_by(const Exceedance& exceedance, SectionResult& section) {
     const auto at = std::find_if(section.characteristics.begin(), section.characteristics.end(),
                                  [&](const Characteristic& c) { return c.name == zone->name; });
     if (at == section.characteristics.end()) return;
-    at->value_mm = 2.0 * std::abs(exceedance.deviation_mm);
-    at->u95_mm = 2.0 * exceedance.guard_mm / guard_share;
-    at->limit_mm = exceedance.limit_mm;
+    at->value = 2.0 * std::abs(exceedance.deviation_mm);
+    at->u95 = 2.0 * exceedance.guard_mm / guard_share;
+    at->upper = exceedance.limit_mm;
     at->decision = Decision::reject;
     at->note = worst_note(exceedance.deviation_mm, exceedance.position_mm) + "; " +
                std::to_string(ToleranceWatch::in_a_row) +

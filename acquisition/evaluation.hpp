@@ -2,12 +2,16 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <vector>
 
+#include "acquisition/characteristic_spec.hpp"
 #include "acquisition/reference_contour.hpp"
 #include "acquisition/section_result.hpp"
 #include "acquisition/tolerance_watch.hpp"
 #include "core/error.hpp"
 #include "fitting/filter.hpp"
+#include "fitting/nominal.hpp"
 #include "fitting/section.hpp"
 
 namespace cmm::acquisition {
@@ -16,20 +20,28 @@ struct EvaluationOptions {
     std::optional<double> profile_mm;       ///< full width of the zone about the sides; absent: reported, not judged
     std::optional<double> edge_profile_mm;  ///< of LE and TE
     fitting::ZoneFilters filters;           ///< of the deviations that the profiles judge; by default none
+    std::vector<CharacteristicSpec> asked;  ///< by the part file, beside what is always judged
 };
 
 /// ISO 14253-1 with a 95 % one-sided guard band: accept when value + g <= limit, reject when value - g > limit,
 /// otherwise undecided; g = 1.65/2 of the expanded uncertainty.
-Decision decide(double value_mm, double u95_mm, double limit_mm);
+Decision decide(double value, double u95, double limit);
+/// The same with a limit on either side; none: open on that side. Without limits: reported.
+Decision decide(double value, double u95, std::optional<double> lower, std::optional<double> upper);
 double guard_band_mm(double u95_mm);
+
+/// "U95 includes 3 um of 2-D offset error"; empty where there is none.
+std::string offset_error_note(double error, Unit unit);
 
 /// Judges a section. `section` brings index, name, z and points; the fit's verdicts are copied to the points. A failed
 /// or open fit leaves every characteristic not evaluable. Without a nominal (nullptr) there are no profile
-/// characteristics; places of the nominal that the ball does not reach are left out of them and counted. Uncertainty:
-/// that of the fit, and, added as a bound because its sign is known and it is not corrected, the 2-D offset error by
-/// the nominal's lean at each surface point. Pure; any thread.
+/// characteristics, and those by `options.asked` that need it are not evaluable; places of the nominal that the ball
+/// does not reach are left out of them and counted. Uncertainty: that of the fit, and, added as a bound because its
+/// sign is known and it is not corrected, the 2-D offset error by the nominal's lean at each surface point. Pure; any
+/// thread. `curve`: the nominal as a section, beside `nominal`.
 SectionResult evaluate_section(SectionResult section, core::Result<fitting::SectionFit> fit,
-                               const ReferenceContour* nominal, const EvaluationOptions& options);
+                               const ReferenceContour* nominal, const EvaluationOptions& options,
+                               const fitting::NominalSection* curve = nullptr);
 
 /// Of a section that is not complete: what is out of tolerance all the same. Its uncertainty is such that the rule of
 /// `decide` says what the watch said.

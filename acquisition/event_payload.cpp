@@ -8,6 +8,7 @@ namespace {
 
 constexpr int count_digits = 4;  // a tenth of a micrometre: the controller's count
 constexpr int fine_digits = 6;
+constexpr int number_digits = 9;  // a nanometre, and as much of an angle on a metre
 
 std::string_view to_string(LiveSnapshot::State state) {
     switch (state) {
@@ -89,9 +90,15 @@ std::string characteristic_payload(std::size_t section, const Characteristic& ch
     return JsonFields()
         .add("section", section)
         .add("name", characteristic.name)
-        .add("value_mm", characteristic.value_mm, fine_digits)
-        .add("u95_mm", characteristic.u95_mm, fine_digits)
-        .add("limit_mm", characteristic.limit_mm, fine_digits)
+        .add("value_mm", in_mm(characteristic, characteristic.value), fine_digits)
+        .add("u95_mm", in_mm(characteristic, characteristic.u95), fine_digits)
+        .add("limit_mm", in_mm(characteristic, characteristic.upper), fine_digits)
+        .add("unit", acquisition::to_string(characteristic.unit))
+        .add("value", characteristic.value, number_digits)
+        .add("u95", characteristic.u95, number_digits)
+        .add("nominal", characteristic.nominal, number_digits)
+        .add("lower", characteristic.lower, number_digits)
+        .add("upper", characteristic.upper, number_digits)
         .add("decision", acquisition::to_string(characteristic.decision))
         .add("method", characteristic.method)
         .text();

@@ -6,6 +6,7 @@
 
 #include "acquisition/exports.hpp"
 #include "core/text.hpp"
+#include "core/units.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -20,15 +21,31 @@ std::string cell(const std::optional<double>& value) {
     return value ? cell(*value) : std::string();
 }
 
+struct Column {
+    std::string name;
+    Unit unit;
+};
+
 /// Names of all characteristics in the order in which they first appear.
-std::vector<std::string> characteristic_names(const PartResult& part) {
-    std::vector<std::string> names;
+std::vector<Column> characteristic_columns(const PartResult& part) {
+    std::vector<Column> columns;
     for (const auto& section : part.sections) {
         for (const auto& c : section.characteristics) {
-            if (std::find(names.begin(), names.end(), c.name) == names.end()) names.push_back(c.name);
+            const bool known = std::any_of(columns.begin(), columns.end(),
+                                           [&](const Column& column) { return column.name == c.name; });
+            if (!known) columns.push_back({c.name, c.unit});
         }
     }
-    return names;
+    return columns;
+}
+
+/// Of a column's name.
+const char* suffix_of(Unit unit) {
+    return unit == Unit::mm ? "_mm" : unit == Unit::rad ? "_deg" : unit == Unit::mm2 ? "_mm2" : "";
+}
+
+std::string cell(const std::optional<double>& value, Unit unit) {
+    return value && unit == Unit::rad ? cell(core::deg_from_rad(*value)) : cell(value);
 }
 
 void append(std::string& out, const Eigen::Vector3d& p) {
@@ -38,21 +55,22 @@ void append(std::string& out, const Eigen::Vector3d& p) {
 }  // namespace
 
 std::string sections_csv(const PartResult& part) {
-    const auto names = characteristic_names(part);
+    const auto columns = characteristic_columns(part);
     std::string out = "index,z_mm,points,rejected,closed";
-    for (const auto& name : names) {
-        for (const auto* suffix : {"_mm", "_u95_mm", "_decision"})
-            out.append(",").append(name).append(suffix);
+    for (const auto& [name, unit] : columns) {
+        const std::string suffix = suffix_of(unit);
+        for (const std::string& last : {suffix, "_u95" + suffix, std::string("_decision")})
+            out.append(",").append(name).append(last);
     }
     out += '\n';
     for (const auto& section : part.sections) {
         out += std::to_string(section.index) + ',' + cell(section.z_mm) + ',' + std::to_string(section.points.size()) +
                ',' + std::to_string(section.rejected()) + ',' + (section.closed() ? '1' : '0');
-        for (const auto& name : names) {
-            const auto* c = section.find(name);
-            out += c == nullptr
-                       ? ",,,"
-                       : ',' + cell(c->value_mm) + ',' + cell(c->u95_mm) + ',' + std::string(to_string(c->decision));
+        for (const auto& column : columns) {
+            const auto* c = section.find(column.name);
+            out += c == nullptr ? ",,,"
+                                : ',' + cell(c->value, c->unit) + ',' + cell(c->u95, c->unit) + ',' +
+                                      std::string(to_string(c->decision));
         }
         out += '\n';
     }

@@ -20,9 +20,15 @@ Json number(const std::optional<double>& value) {
 
 Json characteristic(const Characteristic& c) {
     return {{"name", c.name},
-            {"value_mm", number(c.value_mm)},
-            {"u95_mm", number(c.u95_mm)},
-            {"limit_mm", number(c.limit_mm)},
+            {"value_mm", number(in_mm(c, c.value))},
+            {"u95_mm", number(in_mm(c, c.u95))},
+            {"limit_mm", number(in_mm(c, c.upper))},
+            {"unit", to_string(c.unit)},
+            {"value", number(c.value)},
+            {"u95", number(c.u95)},
+            {"nominal", number(c.nominal)},
+            {"lower", number(c.lower)},
+            {"upper", number(c.upper)},
             {"decision", to_string(c.decision)},
             {"method", c.method},
             {"note", c.note}};

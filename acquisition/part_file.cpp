@@ -246,6 +246,7 @@ core::Result<PartFile> parse_part_file(std::string_view text, const std::string&
     part.scan = read_scan(root->table("scan"), part.nominal.kind);
     part.fitting = read_fitting(root->table("fitting"));
     part.gate = read_gate(root->table("gate"));
+    part.gate.characteristics = read_characteristics(root->tables("characteristic"));
     root->ignore("actual");
     if (auto status = root->finish(); !status) return tl::unexpected(std::move(status.error()));
     return part;
@@ -256,8 +257,10 @@ core::Result<GateSpec> load_gate_file(const std::string& path) {
     if (!root) return tl::unexpected(root.error());
     for (const char* other : {"part", "nominal", "stylus", "scan", "fitting", "actual"})
         root->ignore(other);
-    if (!root->has("gate")) root->complain("gate", "is missing: a table with profile_mm, edge_profile_mm");
-    const auto gate = read_gate(root->table("gate"));
+    if (!root->has("gate") && !root->has("characteristic"))
+        root->complain("gate", "is missing: a table with profile_mm, edge_profile_mm");
+    auto gate = read_gate(root->table("gate"));
+    gate.characteristics = read_characteristics(root->tables("characteristic"));
     if (auto status = root->finish(); !status) return tl::unexpected(status.error());
     return gate;
 }

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/characteristic_spec.hpp"
 #include "core/error.hpp"
 #include "fitting/edge_kind.hpp"
 #include "fitting/filter.hpp"
@@ -50,6 +51,7 @@ struct ScanSpec {
 
 struct GateSpec {
     std::optional<double> profile_mm, edge_profile_mm;  ///< full width of the zone; absent: reported, not judged
+    std::vector<CharacteristicSpec> characteristics;    ///< asked for by [[characteristic]]
 };
 
 enum class CompensationMethod { surface, flat };
@@ -78,7 +80,7 @@ struct PartFile {
 core::Result<PartFile> load_part_file(const std::string& path);
 core::Result<PartFile> parse_part_file(std::string_view text, const std::string& path);
 
-/// The [gate] table alone, of a part file or of a file of its own (`cmmlive gate`). Errors as above.
+/// The [gate] table and the [[characteristic]] list alone, of a part file or of a file of its own (`cmmlive gate`). Errors as above.
 core::Result<GateSpec> load_gate_file(const std::string& path);
 
 }  // namespace cmm::acquisition

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/characteristic_table.hpp"
 #include "acquisition/exports.hpp"
 #include "acquisition/report_style.hpp"
 #include "acquisition/section_figures.hpp"
@@ -141,11 +142,10 @@ std::string head(const PartResult& part) {
 
 std::string cell(const Characteristic* c) {
     if (c == nullptr) return "<td></td>";
-    if (!c->value_mm) return "<td class=\"not_evaluable\" title=\"" + escape(c->note) + "\">n/e</td>";
+    if (!c->value) return "<td class=\"not_evaluable\" title=\"" + escape(c->note) + "\">n/e</td>";
     const bool bad = c->decision == Decision::reject || c->decision == Decision::undecided;
     return "<td" + (bad ? " class=\"" + std::string(to_string(c->decision)) + "\"" : std::string()) + " title=\"" +
-           escape(c->note) + "\">" + mm(*c->value_mm) + "<small>\u00b1 " + mm(c->u95_mm.value_or(0.0)) +
-           "</small></td>";
+           escape(c->note) + "\">" + mm(*c->value) + "<small>\u00b1 " + mm(c->u95.value_or(0.0)) + "</small></td>";
 }
 
 std::string summary_table(const PartResult& part) {
@@ -154,7 +154,7 @@ std::string summary_table(const PartResult& part) {
         const auto* c = first_of(part, term.name);
         if (c == nullptr) continue;
         header += "<th>" + std::string(term.title) + "<small>" +
-                  (c->limit_mm ? "\u2264 " + core::fixed(*c->limit_mm, 3) + " mm" : std::string("mm")) +
+                  (c->upper && !c->lower ? "\u2264 " + core::fixed(*c->upper, 3) + " mm" : std::string("mm")) +
                   "</small></th>";
     }
     std::string rows;
@@ -298,7 +298,8 @@ std::string methods(const PartResult& part) {
     return "<h2>Methods</h2>\n<div class=\"sheet methods\"><table><tbody>" + rows +
            "<tr><td>Decision</td><td>ISO 14253-1 with the guard band g = 1.65/2 U95 (95 %, one-sided): accept when "
            "value + g "
-           "\u2264 limit, reject when value \u2212 g &gt; limit, otherwise undecided.</td></tr>\n"
+           "\u2264 limit, reject when value \u2212 g &gt; limit, otherwise undecided; a lower limit the other way "
+           "round.</td></tr>\n"
            "<tr><td>Uncertainty</td><td>U95 is expanded (k = 2) from the scatter of the points about the fit, with "
            "what the neighbouring sections took from the section and what is not known of the lean. Where the ball is "
            "compensated in 2-D, the error of that, r (1/cos lean \u2212 1) by the nominal\u2019s lean at each point, "
@@ -327,7 +328,7 @@ std::string report_html(const PartResult& part) {
         "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>" +
         title + ": " + verdict_word(part) + "</title>\n<style>" + std::string(report_style()) +
         std::string(svg::figure_style()) + "</style></head>\n<body><main>\n";
-    out += head(part) + summary_table(part) + map(part) + trends(part);
+    out += head(part) + summary_table(part) + characteristic_table(part) + map(part) + trends(part);
     out += "<h2>Sections</h2>\n" + key(part);
     for (const auto& section : part.sections)
         out += section_sheet(section, part.ball_radius_mm);

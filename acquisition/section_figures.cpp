@@ -74,8 +74,8 @@ void draw_edge(Picture& picture, const PlotFrame& frame, const SectionResult& se
 std::string radius_text(const SectionResult& section, Zone edge) {
     const auto* radius = section.find(edge == Zone::le ? "le_radius" : "te_radius");
     if (!section.closed() || radius == nullptr) return {};
-    if (!radius->value_mm) return "no circle: " + radius->note;
-    return "r " + core::fixed(*radius->value_mm, 4) + " \u00b1 " + core::fixed(radius->u95_mm.value_or(0.0), 4) + " mm";
+    if (!radius->value) return "no circle: " + radius->note;
+    return "r " + core::fixed(*radius->value, 4) + " \u00b1 " + core::fixed(radius->u95.value_or(0.0), 4) + " mm";
 }
 
 std::string overlay_figure(const SectionResult& section, double ball_radius_mm) {

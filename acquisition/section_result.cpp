@@ -6,37 +6,45 @@
 #include <span>
 
 #include "core/text.hpp"
+#include "core/units.hpp"
 
 namespace cmm::acquisition {
 namespace {
 
 constexpr int z_digits = 1;
-constexpr int worded_digits = 3;
+constexpr int worded_digits = 3, angle_digits = 4, share_digits = 4;
 
 std::string where(const SectionResult& section) {
     return "section " + std::to_string(section.index) + " (z " + core::fixed(section.z_mm, z_digits) + ")";
 }
 
-std::string worded_mm(double value) {
-    return core::fixed(value, worded_digits) + " mm";
+bool needs_a_number(const Characteristic& c) {
+    return c.decision == Decision::not_evaluable || !c.value || !c.has_limits();
 }
 
-bool needs_a_number(const Characteristic& c) {
-    return c.decision == Decision::not_evaluable || !c.value_mm || !c.limit_mm;
+double beyond(const Characteristic& c, double limit) {
+    return c.lower && limit == *c.lower ? limit - *c.value : *c.value - limit;
+}
+
+/// The limit that the value is nearer to, or farther beyond.
+double nearer_limit(const Characteristic& c) {
+    if (!c.lower || !c.upper) return c.upper ? *c.upper : *c.lower;
+    return beyond(c, *c.lower) > beyond(c, *c.upper) ? *c.lower : *c.upper;
 }
 
 std::string cause(const Characteristic& c) {
     if (needs_a_number(c)) return " not evaluable: " + c.note;
-    const std::string limit = c.decision == Decision::reject
-                                  ? " > " + worded_mm(*c.limit_mm)
-                                  : " is too near to " + worded_mm(*c.limit_mm) + " to decide";
-    return " " + worded_mm(*c.value_mm) + " +- " + worded_mm(c.u95_mm.value_or(0.0)) + limit;
+    const double limit = nearer_limit(c);
+    const std::string relation = c.decision == Decision::reject
+                                     ? (c.lower && limit == *c.lower ? " < " : " > ") + worded(limit, c.unit)
+                                     : " is too near to " + worded(limit, c.unit) + " to decide";
+    return " " + worded(*c.value, c.unit) + " +- " + worded(c.u95.value_or(0.0), c.unit) + relation;
 }
 
 /// By what they exceed their limits; those without a number last.
 bool worse(const Characteristic* a, const Characteristic* b) {
     const auto excess = [](const Characteristic& c) {
-        return needs_a_number(c) ? std::numeric_limits<double>::lowest() : *c.value_mm - *c.limit_mm;
+        return needs_a_number(c) ? std::numeric_limits<double>::lowest() : beyond(c, nearer_limit(c));
     };
     return excess(*a) > excess(*b);
 }
@@ -55,7 +63,7 @@ std::string causes(std::vector<const Characteristic*> all) {
             names += ", " + c->name;
         } else {
             also += (also.empty() ? "; also " : ", ") + c->name + " " +
-                    (needs_a_number(*c) ? "(" + c->note + ")" : worded_mm(*c->value_mm));
+                    (needs_a_number(*c) ? "(" + c->note + ")" : worded(*c->value, c->unit));
         }
     }
     return names + cause(worst) + also;
@@ -68,7 +76,7 @@ std::string reason(const SectionResult& section) {
     for (const auto& c : section.characteristics) {
         if (c.decision == Decision::reject) {
             rejected.push_back(&c);
-        } else if (c.limit_mm && c.decision != Decision::accept && c.decision != Decision::reported) {
+        } else if (c.has_limits() && c.decision != Decision::accept && c.decision != Decision::reported) {
             open.push_back(&c);
         }
     }
@@ -78,6 +86,34 @@ std::string reason(const SectionResult& section) {
 }
 
 }  // namespace
+
+std::string_view to_string(Unit unit) noexcept {
+    switch (unit) {
+        case Unit::mm:
+            return "mm";
+        case Unit::rad:
+            return "rad";
+        case Unit::mm2:
+            return "mm2";
+        case Unit::share:
+            return "1";
+    }
+    return "";
+}
+
+std::string worded(double value, Unit unit) {
+    switch (unit) {
+        case Unit::mm:
+            return core::fixed(value, worded_digits) + " mm";
+        case Unit::rad:
+            return core::fixed(core::deg_from_rad(value), angle_digits) + " deg";
+        case Unit::mm2:
+            return core::fixed(value, worded_digits) + " mm2";
+        case Unit::share:
+            return core::fixed(value, share_digits);
+    }
+    return {};
+}
 
 std::string_view to_string(Decision decision) noexcept {
     switch (decision) {
@@ -127,7 +163,7 @@ Decision SectionResult::decision() const {
     Decision worst = closed() ? Decision::reported : Decision::undecided;
     for (const auto& c : characteristics) {
         if (c.decision == Decision::reject) return Decision::reject;
-        const bool open_requirement = c.decision == Decision::not_evaluable && c.limit_mm.has_value();
+        const bool open_requirement = c.decision == Decision::not_evaluable && c.has_limits();
         if (c.decision == Decision::undecided || open_requirement) worst = Decision::undecided;
         if (c.decision == Decision::accept && worst == Decision::reported) worst = Decision::accept;
     }
@@ -147,7 +183,7 @@ Decision PartResult::verdict() const {
 bool PartResult::has_requirements() const {
     for (const auto& section : sections) {
         for (const auto& c : section.characteristics) {
-            if (c.limit_mm) return true;
+            if (c.has_limits()) return true;
         }
     }
     return false;

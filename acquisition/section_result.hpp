@@ -16,17 +16,34 @@ namespace cmm::acquisition {
 enum class Decision : std::uint8_t { accept, reject, undecided, reported, not_evaluable };
 std::string_view to_string(Decision decision) noexcept;
 
+/// What the number of a characteristic counts. Angles are radians here and degrees in texts and tables.
+enum class Unit : std::uint8_t { mm, rad, mm2, share };
+/// "mm", "rad", "mm2", "1".
+std::string_view to_string(Unit unit) noexcept;
+
 /// A characteristic of one section: a number with its method, its uncertainty and what was decided about it.
-/// Names: profile_le, profile_suction, profile_te, profile_pressure, le_radius, te_radius, chord, max_thickness.
+/// Always there: profile_le, profile_suction, profile_te, profile_pressure (with a nominal), le_radius, te_radius,
+/// chord, max_thickness; others by the part file (characteristic_spec.hpp).
 struct Characteristic {
     std::string name;
     std::string method;  ///< e.g. "line profile ISO 1101, 2 max|d|, nominal frame"
-    std::optional<double> value_mm;
-    std::optional<double> u95_mm;    ///< expanded uncertainty
-    std::optional<double> limit_mm;  ///< upper tolerance limit where there is one
+    std::optional<double> value;
+    std::optional<double> u95;    ///< expanded uncertainty
+    std::optional<double> upper;  ///< largest value that conforms, where there is a requirement
     Decision decision = Decision::reported;
     std::string note;
+    Unit unit = Unit::mm;
+    std::optional<double> nominal = {};  ///< none: not said, or there is none (profiles)
+    std::optional<double> lower = {};    ///< smallest value that conforms
+
+    bool has_limits() const { return upper || lower; }
 };
+/// A number of a characteristic that is a length; none of one that is not.
+inline std::optional<double> in_mm(const Characteristic& c, std::optional<double> number) {
+    return c.unit == Unit::mm ? number : std::nullopt;
+}
+/// For people: "0.212 mm", "24.0012 deg".
+std::string worded(double value, Unit unit);
 
 /// One recorded point with what became of it: raw points are kept for ever.
 struct RecordedPoint {

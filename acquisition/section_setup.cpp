@@ -54,8 +54,10 @@ SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit>
     evaluation.profile_mm = setup.gate.profile_mm;
     evaluation.edge_profile_mm = setup.gate.edge_profile_mm;
     evaluation.filters = setup.fitting.filters;
+    evaluation.asked = setup.gate.characteristics;
     const ReferenceContour* nominal = setup.nominal ? &setup.nominal->reference : nullptr;
-    return evaluate_section(std::move(section), std::move(fit), nominal, evaluation);
+    return evaluate_section(std::move(section), std::move(fit), nominal, evaluation,
+                            setup.nominal ? &setup.nominal->section : nullptr);
 }
 
 SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<RecordedPoint> points) {

@@ -19,18 +19,18 @@ const Characteristic* worse(const SectionResult& section, const char* one, const
     const auto* a = section.find(one);
     const auto* b = section.find(other);
     if (a == nullptr || b == nullptr) return a != nullptr ? a : b;
-    return b->value_mm.value_or(-1.0) > a->value_mm.value_or(-1.0) ? b : a;
+    return b->value.value_or(-1.0) > a->value.value_or(-1.0) ? b : a;
 }
 
 std::string value_cell(const Characteristic* c) {
-    if (c == nullptr || !c->value_mm) return "-";
-    return core::fixed(*c->value_mm, table_digits) + (c->decision == Decision::reject ? " !" : "");
+    if (c == nullptr || !c->value) return "-";
+    return core::fixed(*c->value, table_digits) + (c->decision == Decision::reject ? " !" : "");
 }
 
 std::string limit_of(const PartResult& part, const char* name) {
     for (const auto& section : part.sections) {
         const auto* c = section.find(name);
-        if (c != nullptr && c->limit_mm) return " <= " + core::fixed(*c->limit_mm, table_digits);
+        if (c != nullptr && c->upper) return " <= " + core::fixed(*c->upper, table_digits);
     }
     return {};
 }

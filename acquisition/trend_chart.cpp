@@ -29,12 +29,12 @@ Trend trend_of(const PartResult& part, std::string_view name, double factor) {
     Trend trend;
     for (const auto& section : part.sections) {
         const auto* c = section.find(name);
-        if (c == nullptr || !c->value_mm) continue;
+        if (c == nullptr || !c->value) continue;
         trend.z.push_back(section.z_mm);
-        trend.value.push_back(factor * *c->value_mm);
-        trend.u95.push_back(factor * c->u95_mm.value_or(0.0));
+        trend.value.push_back(factor * *c->value);
+        trend.u95.push_back(factor * c->u95.value_or(0.0));
         trend.decision.push_back(c->decision);
-        if (c->limit_mm) trend.limit = std::max(trend.limit, factor * *c->limit_mm);
+        if (c->upper) trend.limit = std::max(trend.limit, factor * *c->upper);
     }
     return trend;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fitting/contour_noise.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <utility>
@@ -12,6 +13,20 @@ namespace {
 
 constexpr std::size_t stretches = 8;  // of a section, within which what the neighbouring sections took goes together
 
+/// Each point once: bounds add what is left of a point, not what was added and taken away again.
+std::vector<std::pair<std::size_t, double>> merged(const Sensitivity& number) {
+    auto parts = number.parts();
+    std::sort(parts.begin(), parts.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<std::pair<std::size_t, double>> out;
+    for (const auto& [point, weight] : parts) {
+        if (!out.empty() && out.back().first == point)
+            out.back().second += weight;
+        else
+            out.emplace_back(point, weight);
+    }
+    return out;
+}
+
 }  // namespace
 
 ContourNoise::ContourNoise(CurveNoise free, std::vector<EdgePatch> patches, double period, double coverage)
@@ -20,7 +35,7 @@ ContourNoise::ContourNoise(CurveNoise free, std::vector<EdgePatch> patches, doub
 double ContourNoise::variance(std::span<const ContourPoint> contour, const Sensitivity& number) const {
     if (!free_) {
         double sum = 0.0;
-        for (const auto& [point, weight] : number.parts())
+        for (const auto& [point, weight] : merged(number))
             sum += std::abs(weight) * contour[point].u95_mm / coverage_;
         return sum * sum;
     }
@@ -28,7 +43,7 @@ double ContourNoise::variance(std::span<const ContourPoint> contour, const Sensi
     std::vector<Eigen::VectorXd> by_model(patches_.size());
     for (std::size_t k = 0; k < patches_.size(); ++k)
         by_model[k] = Eigen::VectorXd::Zero(patches_[k].covariance.rows());
-    for (const auto& [point, weight] : number.parts()) {
+    for (const auto& [point, weight] : merged(number)) {
         const ContourPoint& p = contour[point];
         double on_free = 1.0;
         for (std::size_t k = 0; k < patches_.size(); ++k) {
@@ -51,7 +66,7 @@ NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const 
     double bound = 0.0, offset = 0.0, doubt = 0.0;
     std::array<double, stretches> taken{};
     const double whole = contour.empty() ? 1.0 : std::max(contour.back().arc_length_mm, 1e-12);
-    for (const auto& [point, weight] : number.parts()) {
+    for (const auto& [point, weight] : merged(number)) {
         const ContourPoint& p = contour[point];
         bound += std::abs(weight) * p.bound_mm;
         offset += weight * p.offset_error_mm;

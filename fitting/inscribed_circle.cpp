@@ -9,8 +9,8 @@ namespace cmm::fitting {
 namespace {
 
 constexpr int most_steps = 60;
-constexpr double equal_mm = 1e-10;
-constexpr double still_mm = 1e-11;
+constexpr double equal_mm = 1e-8;  // a hundredth of a nanometre
+constexpr double still_mm = 1e-10;
 constexpr double least_slope = 0.2;  // of the difference of the distances, which is 2 between parallel sides
 constexpr double most_alike = 0.7;   // cosine between the directions to both sides
 

@@ -58,7 +58,7 @@ TEST(Evaluation, AUniformOffsetIsFoundEverywhere) {
         for (const auto* name : {"profile_le", "profile_suction", "profile_te", "profile_pressure"}) {
             const auto* c = result.find(name);
             ASSERT_NE(c, nullptr);
-            EXPECT_NEAR(*c->value_mm, 2.0 * std::abs(offset), 0.001) << name;
+            EXPECT_NEAR(*c->value, 2.0 * std::abs(offset), 0.001) << name;
         }
     }
 }
@@ -87,15 +87,15 @@ TEST(Evaluation, EachZoneHasItsLimitAndItsDecision) {
         },
         limits());
     EXPECT_EQ(result.find("profile_pressure")->decision, Decision::reject);
-    EXPECT_NEAR(*result.find("profile_pressure")->value_mm, 0.212, 0.001);
+    EXPECT_NEAR(*result.find("profile_pressure")->value, 0.212, 0.001);
     EXPECT_EQ(result.find("profile_suction")->decision, Decision::accept);
-    EXPECT_EQ(*result.find("profile_suction")->limit_mm, 0.10);
+    EXPECT_EQ(*result.find("profile_suction")->upper, 0.10);
     EXPECT_EQ(result.find("profile_te")->decision, Decision::undecided);
-    EXPECT_EQ(*result.find("profile_te")->limit_mm, 0.06);
+    EXPECT_EQ(*result.find("profile_te")->upper, 0.06);
     // The worst place of a zone is the largest of some 392/12 values of the noise: 3.17 standard deviations.
-    EXPECT_NEAR(*result.find("profile_te")->u95_mm, 3.17 * 0.0012, 0.01 * 0.0012);
+    EXPECT_NEAR(*result.find("profile_te")->u95, 3.17 * 0.0012, 0.01 * 0.0012);
     EXPECT_EQ(result.find("le_radius")->decision, Decision::reported);
-    EXPECT_NEAR(*result.find("le_radius")->value_mm, 0.4, nanometre);
+    EXPECT_NEAR(*result.find("le_radius")->value, 0.4, nanometre);
     EXPECT_EQ(result.decision(), Decision::reject);
     EXPECT_GT(result.rejected(), 0U);
 }
@@ -111,18 +111,18 @@ TEST(Evaluation, LeanWidensTheUncertainty) {
         return evaluate_section({}, fit_of(section, shape, [](const auto&) { return 0.002; }), &nominal, limits());
     };
     const auto result = evaluated();
-    EXPECT_NEAR(*result.find("profile_suction")->u95_mm, 2.0 * (0.0007 + error / 0.825), nanometre);
-    EXPECT_NEAR(*result.find("te_radius")->u95_mm, 0.0021 + error, nanometre);
-    EXPECT_NEAR(*result.find("max_thickness")->u95_mm, std::sqrt(2.0) * 0.0007 + 2.0 * error, nanometre);
+    EXPECT_NEAR(*result.find("profile_suction")->u95, 2.0 * (0.0007 + error / 0.825), nanometre);
+    EXPECT_NEAR(*result.find("te_radius")->u95, 0.0021 + error, nanometre);
+    EXPECT_NEAR(*result.find("max_thickness")->u95, std::sqrt(2.0) * 0.0007 + 2.0 * error, nanometre);
     EXPECT_NE(result.find("profile_suction")->note.find("2-D offset error"), std::string::npos);
     // Where it is known point by point, each has its own.
     const auto contour = section.contour();
     for (const auto& point : contour)
         leaning.leans_rad.push_back(point.zone == Zone::pressure ? lean : 0.0);
     const auto sides = evaluated();
-    EXPECT_NEAR(*sides.find("profile_pressure")->u95_mm, 2.0 * (0.0007 + error / 0.825), nanometre);
-    EXPECT_NEAR(*sides.find("profile_suction")->u95_mm, 2.0 * 0.0007, nanometre);
-    EXPECT_NEAR(*sides.find("te_radius")->u95_mm, 0.0021, nanometre);
+    EXPECT_NEAR(*sides.find("profile_pressure")->u95, 2.0 * (0.0007 + error / 0.825), nanometre);
+    EXPECT_NEAR(*sides.find("profile_suction")->u95, 2.0 * 0.0007, nanometre);
+    EXPECT_NEAR(*sides.find("te_radius")->u95, 0.0021, nanometre);
     std::size_t wrong = 0;
     for (const auto& point : sides.fit->contour)
         wrong += std::abs(point.offset_error_mm - (point.zone == Zone::pressure ? error : 0.0)) > nanometre ? 1 : 0;
@@ -184,7 +184,7 @@ TEST(Evaluation, WhereTheBallDoesNotReachNothingIsCompared) {
         const double d = result.deviation_mm[i].value_or(thicker);
         EXPECT_NEAR(d, thicker, beside_a_corner(part.points, at) ? 1e-3 : 2e-6) << at.transpose();
     }
-    EXPECT_NEAR(*result.find("profile_suction")->value_mm, 2.0 * thicker, 1e-5);
+    EXPECT_NEAR(*result.find("profile_suction")->value, 2.0 * thicker, 1e-5);
     EXPECT_NE(result.find("profile_suction")->note.find("the ball does not reach"), std::string::npos);
     EXPECT_EQ(result.find("profile_pressure")->note.find("the ball does not reach"), std::string::npos);
     // Where the fit itself knows that the ball rests in a hollow nothing is compared either.
@@ -243,9 +243,9 @@ TEST(Evaluation, AFilterJudgesTheSidesOnly) {
         return 0.02 + 0.01 * std::exp(-0.02 * s * s) * std::cos(2.0 * std::numbers::pi * s);
     };
     const auto plain = judged(wave, limits()), filtered = judged(wave, options);
-    EXPECT_NEAR(*plain.find("profile_suction")->value_mm, 2 * 0.03, 5e-4);  // the crest lies between two points
-    EXPECT_NEAR(*filtered.find("profile_suction")->value_mm, 2 * 0.02, 2e-4);
-    EXPECT_EQ(*filtered.find("profile_le")->value_mm, *plain.find("profile_le")->value_mm);
+    EXPECT_NEAR(*plain.find("profile_suction")->value, 2 * 0.03, 5e-4);  // the crest lies between two points
+    EXPECT_NEAR(*filtered.find("profile_suction")->value, 2 * 0.02, 2e-4);
+    EXPECT_EQ(*filtered.find("profile_le")->value, *plain.find("profile_le")->value);
     EXPECT_NE(filtered.find("profile_suction")->method.find("ISO 16610-21, cut-off 4.000 mm"), std::string::npos);
     EXPECT_EQ(filtered.find("profile_le")->method.find("16610"), std::string::npos);
     EXPECT_EQ(plain.deviation_mm, filtered.deviation_mm) << "what was measured is kept";
@@ -264,7 +264,7 @@ TEST(Evaluation, WithoutANominalThereIsNothingToJudge) {
     EXPECT_EQ(result.find("profile_le"), nullptr);
     EXPECT_EQ(result.find("te_radius")->decision, Decision::not_evaluable);
     EXPECT_EQ(result.find("te_radius")->note, "arc of 40 deg is too short");
-    EXPECT_NEAR(*result.find("chord")->value_mm, (Section(shape).nose() - Section(shape).tail()).norm(), nanometre);
+    EXPECT_NEAR(*result.find("chord")->value, (Section(shape).nose() - Section(shape).tail()).norm(), nanometre);
     EXPECT_EQ(result.decision(), Decision::reported);
     PartResult part;
     part.sections = {result};
@@ -281,7 +281,7 @@ TEST(Evaluation, AnOpenSectionIsNotEvaluable) {
     for (const auto& c : failed.characteristics) {
         EXPECT_EQ(c.decision, Decision::not_evaluable) << c.name;
         EXPECT_EQ(c.note, "gap of 3.000 mm");
-        EXPECT_FALSE(c.value_mm);
+        EXPECT_FALSE(c.value);
     }
     EXPECT_EQ(failed.decision(), Decision::undecided);
     EXPECT_EQ(evaluate_section({}, fitting::SectionFit{}, &nominal, limits()).decision(), Decision::undecided);

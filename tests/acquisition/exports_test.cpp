@@ -130,7 +130,7 @@ TEST(SectionsCsv, HasARowASectionAndThreeColumnsACharacteristic) {
     };
     EXPECT_NEAR(*core::parse_number(rows[2][column("profile_pressure_mm")]), 0.406, 0.001);
     EXPECT_NEAR(*core::parse_number(rows[2][column("profile_pressure_u95_mm")]),
-                *sections[1].find("profile_pressure")->u95_mm, 1e-6);
+                *sections[1].find("profile_pressure")->u95, 1e-6);
     EXPECT_EQ(rows[2][column("profile_pressure_decision")], "reject");
     EXPECT_EQ(rows[1][column("profile_pressure_decision")], "accept");
     EXPECT_EQ(rows[1][column("max_thickness_decision")], "reported");
@@ -247,8 +247,8 @@ TEST(ReportHtml, ARadiusHasOneUncertainty) {
     const auto* radius = part.sections[0].find("le_radius");
     ASSERT_NE(radius, nullptr);
     const auto html = report_html(part);
-    const auto value = core::fixed(*radius->value_mm, 4);
-    const auto u95 = core::fixed(*radius->u95_mm, 4);
+    const auto value = core::fixed(*radius->value, 4);
+    const auto u95 = core::fixed(*radius->u95, 4);
     EXPECT_EQ(count_of(html, "r " + value + " \u00b1 " + u95 + " mm"), 1U) << "in the caption";
     EXPECT_EQ(count_of(html, value + "<small>\u00b1 " + u95 + "</small>"), 1U) << "in the table";
 }

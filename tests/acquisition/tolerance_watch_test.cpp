@@ -130,8 +130,8 @@ TEST_F(ToleranceWatchTest, ASectionThatWasBrokenOffIsRejectedAllTheSame) {
     for (const auto& c : result.characteristics) {
         if (c.decision != Decision::reject) continue;
         ++rejected;
-        EXPECT_NEAR(*c.value_mm, 0.16, 8.0 * noise_mm);
-        EXPECT_EQ(decide(*c.value_mm, *c.u95_mm, *c.limit_mm), Decision::reject);
+        EXPECT_NEAR(*c.value, 0.16, 8.0 * noise_mm);
+        EXPECT_EQ(decide(*c.value, *c.u95, *c.upper), Decision::reject);
     }
     EXPECT_EQ(rejected, 1U);
     EXPECT_EQ(judge.finish(setup, LiveSection(setup, test_lsb_mm, core::PartFromMachine(), 0).points()).decision(),

@@ -12,8 +12,10 @@ export interface Points { last: number; more: boolean; points: LivePoint[] }
 export type ContourRow = [number, number, number, number, number, number | null, number];
 /** seq, x, y, what became of it, residual. */
 export type JudgedPoint = [number, number, number, string, number];
+/** value_mm, u95_mm, limit_mm: of lengths; the others in `unit`. */
 export interface Characteristic {
   name: string; value_mm: number | null; u95_mm: number | null; limit_mm: number | null; decision: Decision; method: string; note: string;
+  unit: 'mm' | 'rad' | 'mm2' | '1'; value: number | null; u95: number | null; nominal: number | null; lower: number | null; upper: number | null;
 }
 export interface Section {
   index: number; name: string; z_mm: number; finished: boolean; closed: boolean; decision: Decision; rejected: number; why: string;

@@ -1,5 +1,5 @@
 // The page: what is on the screen, and what a person does there.
-import type { Decision, LivePoint, RunSummary, Section, Status } from './documents';
+import type { Characteristic, Decision, LivePoint, RunSummary, Section, Status } from './documents';
 import { BladeView } from './blade_view';
 import { length } from './canvas';
 import { Run } from './run';
@@ -133,22 +133,33 @@ function cells(row: HTMLTableRowElement, texts: (string | HTMLElement)[], number
   });
 }
 
+/** For people: angles in degrees. */
+function shown(c: Characteristic, value: number | null, digits: number): string {
+  if (value === null) return '';
+  const symbol = { mm: '', rad: '°', mm2: ' mm²', '1': '' }[c.unit];
+  return (c.unit === 'rad' ? (value * 180) / Math.PI : value).toFixed(digits) + symbol;
+}
+
+function limits(c: Characteristic): string {
+  if (c.lower === null) return c.upper === null ? '' : '≤ ' + shown(c, c.upper, 3);
+  return c.upper === null ? '≥ ' + shown(c, c.lower, 3) : shown(c, c.lower, 3) + ' … ' + shown(c, c.upper, 3);
+}
+
 function drawTable() {
   const head = make('tr');
-  for (const word of ['characteristic', 'value', 'u95', 'limit', 'decision'] as Word[]) head.append(make('th', say(word)));
+  for (const word of ['characteristic', 'value', 'u95', 'nominal', 'limit', 'decision'] as Word[]) head.append(make('th', say(word)));
   byId('table-head').replaceChildren(head);
   const final = finalShown();
   byId('table-title').textContent = final ? `${say('characteristics')} · ${say('section')} ${final.index}` : say('characteristics');
   byId('table-body').replaceChildren(...(final?.characteristics ?? []).map((c) => {
     const row = make('tr'), name = make('span', named(c.name));
     name.title = [c.method, c.note].filter(Boolean).join('\n');
-    cells(row, [name, c.value_mm === null ? '–' : c.value_mm.toFixed(4), c.u95_mm === null ? '–' : c.u95_mm.toFixed(4),
-      c.limit_mm === null ? '' : c.limit_mm.toFixed(3), badge(c.decision)], [1, 2, 3]);
+    cells(row, [name, shown(c, c.value, 4) || '–', shown(c, c.u95, 4) || '–', shown(c, c.nominal, 4), limits(c), badge(c.decision)], [1, 2, 3, 4]);
     return row;
   }));
   if (!final?.characteristics.length) {
     const row = make('tr'), cell = make('td', say('planned'), 'soft');
-    cell.colSpan = 5;
+    cell.colSpan = 6;
     row.append(cell);
     byId('table-body').replaceChildren(row);
   }

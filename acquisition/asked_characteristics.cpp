@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/asked_characteristics.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "acquisition/evaluation.hpp"
+#include "core/text.hpp"
+#include "fitting/area_measures.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+using fitting::Measure;
+using Kind = CharacteristicKind;
+
+constexpr std::size_t nominal_points = 2400;
+constexpr double spread_by_turning = 0.25;  // as measured contours are sampled
+
+tl::unexpected<core::Error> refuse(const std::string& why) {
+    return core::fail(core::ErrorCode::fit_not_evaluable, why);
+}
+
+/// Angles that differ by whole turns are the same.
+double near(double value, double reference, Unit unit) {
+    return unit == Unit::rad ? reference + std::remainder(value - reference, 2.0 * std::numbers::pi) : value;
+}
+
+}  // namespace
+
+fitting::SectionFit section_of_nominal(const fitting::NominalSection& nominal) {
+    fitting::SectionFit fit;
+    fit.closed = true;
+    const auto& curve = nominal.curve();
+    // Fine steps of length, then equal steps of a mixed measure of length and turning.
+    const std::size_t fine = 4 * nominal_points;
+    std::vector<fitting::CurvePoint> at(fine + 1);
+    std::vector<double> turn(fine + 1, 0.0);
+    for (std::size_t k = 0; k <= fine; ++k) {
+        const double s = curve.length() * static_cast<double>(k) / static_cast<double>(fine);
+        at[k] = curve.evaluate(nominal.le_mm() + s);
+        if (k > 0) turn[k] = turn[k - 1] + std::abs(fitting::turn_between(at[k - 1].normal, at[k].normal));
+    }
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < nominal_points; ++i) {
+        const double wanted = static_cast<double>(i) / static_cast<double>(nominal_points);
+        const auto measure = [&](std::size_t j) {
+            return (1.0 - spread_by_turning) * static_cast<double>(j) / static_cast<double>(fine) +
+                   spread_by_turning * turn[j] / turn[fine];
+        };
+        while (k + 1 < fine && measure(k + 1) <= wanted)
+            ++k;
+        const double share = (wanted - measure(k)) / (measure(k + 1) - measure(k));
+        const double s = curve.length() * (static_cast<double>(k) + share) / static_cast<double>(fine);
+        const auto place = curve.evaluate(nominal.le_mm() + s);
+        fitting::ContourPoint point;
+        point.position_mm = place.position;
+        point.normal = place.normal;
+        point.zone = nominal.zone_at(curve.wrap(nominal.le_mm() + s));
+        point.arc_length_mm = s;
+        fit.contour.push_back(point);
+    }
+    fit.le_point_mm = nominal.le_point();
+    fit.te_point_mm = nominal.te_point();
+    fit.le_scale_mm = nominal.le_radius_mm();
+    fit.te_scale_mm = nominal.te_radius_mm();
+    fit.le.why = fit.te.why = "a nominal has no fitted circle";
+    return fit;
+}
+
+AskedCharacteristics::AskedCharacteristics(fitting::MeasuredSection& section,
+                                           std::span<const std::optional<double>> deviation_mm,
+                                           const fitting::NominalSection* nominal, FormProfile form)
+    : section_(section), deviation_mm_(deviation_mm), nominal_(nominal), form_(std::move(form)) {}
+
+core::Result<Measure> AskedCharacteristics::measure(const CharacteristicSpec& spec, fitting::MeasuredSection& section) {
+    switch (spec.kind) {
+        case Kind::chord:
+            return fitting::measure_chord(section, spec.chord, spec.direction_rad);
+        case Kind::axial_chord:
+            return fitting::measure_chord(section, fitting::ChordMethod::x_axis);
+        case Kind::stagger:
+            return fitting::measure_stagger(section, spec.stagger);
+        case Kind::max_thickness:
+            return fitting::measure_max_thickness(section);
+        case Kind::max_thickness_position:
+            return fitting::measure_max_thickness_position(section, spec.position);
+        case Kind::le_thickness:
+            return fitting::measure_edge_thickness(section, fitting::EdgeName::le, spec.distance_mm);
+        case Kind::te_thickness:
+            return fitting::measure_edge_thickness(section, fitting::EdgeName::te, spec.distance_mm);
+        case Kind::le_angle:
+            return fitting::measure_edge_angle(section, fitting::EdgeName::le, spec.near_mm, spec.far_mm,
+                                               spec.reference);
+        case Kind::te_angle:
+            return fitting::measure_edge_angle(section, fitting::EdgeName::te, spec.near_mm, spec.far_mm,
+                                               spec.reference);
+        case Kind::area:
+            return fitting::measure_area(section).area;
+        case Kind::centroid_x:
+            return fitting::measure_area(section).centroid_x;
+        case Kind::centroid_y:
+            return fitting::measure_area(section).centroid_y;
+        default:
+            return refuse("no measure of the contour alone");
+    }
+}
+
+const core::Result<fitting::BestFit>& AskedCharacteristics::best_fit() {
+    if (best_fit_) return *best_fit_;
+    if (nominal_ == nullptr) {
+        best_fit_.emplace(refuse("there is no nominal"));
+        return *best_fit_;
+    }
+    std::vector<char> use;
+    for (const auto& deviation : deviation_mm_)
+        use.push_back(static_cast<char>(deviation.has_value()));
+    best_fit_.emplace(fitting::fit_to_nominal(section_.contour(), nominal_->curve(), {}, use));
+    return *best_fit_;
+}
+
+core::Result<double> AskedCharacteristics::nominal_of(const CharacteristicSpec& spec) {
+    if (spec.nominal) return *spec.nominal;
+    if (needs_best_fit(spec.kind)) return 0.0;
+    if (nominal_ == nullptr) return refuse("no nominal is given, and there is no nominal section");
+    if (spec.kind == Kind::le_radius) return nominal_->le_radius_mm();
+    if (spec.kind == Kind::te_radius) return nominal_->te_radius_mm();
+    if (!nominal_fit_) {
+        nominal_fit_.emplace(section_of_nominal(*nominal_));
+        nominal_section_.emplace(*nominal_fit_);
+    }
+    const auto measured = measure(spec, *nominal_section_);
+    if (!measured) return refuse("of the nominal section: " + measured.error().message);
+    return measured->value;
+}
+
+Characteristic AskedCharacteristics::by_best_fit(const CharacteristicSpec& spec) {
+    const auto& fit = best_fit();
+    if (fit && is_profile_form(spec.kind)) return form_(spec.kind, *fit);
+    Characteristic c;
+    c.unit = unit_of(spec.kind);
+    c.method = is_profile_form(spec.kind) ? "line profile ISO 1101, 2 max|d|, after the best fit"
+                                          : "BESTFIT: least squares along the normals, weighted by arc length";
+    if (!fit) {
+        c.decision = Decision::not_evaluable;
+        c.note = fit.error().message;
+        return c;
+    }
+    const Measure& measure = spec.kind == Kind::twist            ? fit->twist
+                             : spec.kind == Kind::displacement_x ? fit->dx
+                                                                 : fit->dy;
+    c.value = measure.value;
+    c.u95 = section_.uncertainty(measure).u95;
+    c.note = "of the section against its nominal, about x " + core::fixed(fit->about_mm.x(), 3) + " mm, y " +
+             core::fixed(fit->about_mm.y(), 3) + " mm; " + core::length_text(fit->rms_mm) + " rms are left";
+    return c;
+}
+
+/// Nominal, limits and decision.
+void AskedCharacteristics::require(const CharacteristicSpec& spec, Characteristic& c) {
+    if (!is_profile_form(spec.kind)) {
+        const auto nominal = nominal_of(spec);
+        if (nominal) {
+            c.nominal = *nominal;
+            if (c.value) c.value = near(*c.value, *nominal, c.unit);
+        } else if (spec.has_tolerance()) {
+            c.note = nominal.error().message;
+            c.value.reset();
+            c.u95.reset();
+            c.decision = Decision::not_evaluable;
+        }
+    }
+    if (!spec.has_tolerance()) return;
+    const double from = is_profile_form(spec.kind) ? 0.0 : c.nominal.value_or(0.0);
+    if (spec.above) c.upper = from + *spec.above;
+    if (spec.below) c.lower = from + *spec.below;
+    if (c.value) c.decision = decide(*c.value, *c.u95, c.lower, c.upper);
+}
+
+Characteristic AskedCharacteristics::make(const CharacteristicSpec& spec, const SectionResult& known) {
+    Characteristic c;
+    if (spec.kind == Kind::le_radius || spec.kind == Kind::te_radius) {
+        if (const auto* radius = known.find(to_string(spec.kind)); radius != nullptr) c = *radius;
+    } else if (needs_best_fit(spec.kind)) {
+        c = by_best_fit(spec);
+    } else {
+        const auto measured = measure(spec, section_);
+        if (measured) {
+            c.method = measured->method;
+            const auto uncertainty = section_.uncertainty(*measured);
+            c.value = measured->value;
+            c.u95 = uncertainty.u95;
+            c.note = offset_error_note(uncertainty.offset_error, unit_of(spec.kind));
+        } else {
+            c.method = to_string(spec.kind);
+            c.decision = Decision::not_evaluable;
+            c.note = measured.error().message;
+        }
+    }
+    c.name = spec.label;
+    c.unit = unit_of(spec.kind);
+    require(spec, c);
+    return c;
+}
+
+}  // namespace cmm::acquisition

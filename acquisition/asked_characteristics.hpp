@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "acquisition/characteristic_spec.hpp"
+#include "acquisition/section_result.hpp"
+#include "fitting/best_fit.hpp"
+#include "fitting/measured_section.hpp"
+#include "fitting/nominal.hpp"
+
+namespace cmm::acquisition {
+
+/// Makes the characteristics that a part file asks for, of a closed section; one that cannot be evaluated says why.
+/// What several of them need (best fit, the nominal as a section) is made once, when it is first asked for. The section
+/// and what is given must outlive it; one owner.
+class AskedCharacteristics {
+  public:
+    /// `form`: the deviation profile of a zone after the best fit, given how points go to the nominal's frame; only
+    /// called with a nominal. `deviation_mm`: as of the result, empty without a nominal.
+    using FormProfile = std::function<Characteristic(CharacteristicKind, const fitting::BestFit&)>;
+    AskedCharacteristics(fitting::MeasuredSection& section, std::span<const std::optional<double>> deviation_mm,
+                         const fitting::NominalSection* nominal, FormProfile form);
+
+    /// `known`: what is judged in any case; a radius is taken from there.
+    Characteristic make(const CharacteristicSpec& spec, const SectionResult& known);
+
+  private:
+    core::Result<fitting::Measure> measure(const CharacteristicSpec& spec, fitting::MeasuredSection& section);
+    const core::Result<fitting::BestFit>& best_fit();
+    core::Result<double> nominal_of(const CharacteristicSpec& spec);
+    Characteristic by_best_fit(const CharacteristicSpec& spec);
+    void require(const CharacteristicSpec& spec, Characteristic& c);
+
+    fitting::MeasuredSection& section_;
+    std::span<const std::optional<double>> deviation_mm_;
+    const fitting::NominalSection* nominal_;
+    FormProfile form_;
+    std::optional<core::Result<fitting::BestFit>> best_fit_;
+    std::optional<fitting::SectionFit> nominal_fit_;
+    std::optional<fitting::MeasuredSection> nominal_section_;
+};
+
+/// A nominal as a section that was measured without error, with 2 400 points.
+fitting::SectionFit section_of_nominal(const fitting::NominalSection& nominal);
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/characteristic_spec.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/text.hpp"
+#include "core/units.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+using core::ConfigTable;
+using Kind = CharacteristicKind;
+
+struct Row {
+    Kind kind;
+    std::string_view name, keyword;  // keyword: of the field, empty: none
+    Unit unit;
+};
+constexpr std::array rows{Row{Kind::chord, "chord", "chord", Unit::mm},
+                          Row{Kind::axial_chord, "axial_chord", "", Unit::mm},
+                          Row{Kind::stagger, "stagger", "chdang", Unit::rad},
+                          Row{Kind::max_thickness, "max_thickness", "maxthk", Unit::mm},
+                          Row{Kind::max_thickness_position, "max_thickness_position", "", Unit::share},
+                          Row{Kind::le_thickness, "le_thickness", "lethck", Unit::mm},
+                          Row{Kind::te_thickness, "te_thickness", "tethck", Unit::mm},
+                          Row{Kind::le_angle, "le_angle", "leangle", Unit::rad},
+                          Row{Kind::te_angle, "te_angle", "teangle", Unit::rad},
+                          Row{Kind::le_radius, "le_radius", "", Unit::mm},
+                          Row{Kind::te_radius, "te_radius", "", Unit::mm},
+                          Row{Kind::area, "area", "", Unit::mm2},
+                          Row{Kind::centroid_x, "centroid_x", "", Unit::mm},
+                          Row{Kind::centroid_y, "centroid_y", "", Unit::mm},
+                          Row{Kind::displacement_x, "displacement_x", "", Unit::mm},
+                          Row{Kind::displacement_y, "displacement_y", "", Unit::mm},
+                          Row{Kind::twist, "twist", "twist", Unit::rad},
+                          Row{Kind::profile_form_le, "profile_form_le", "lecont", Unit::mm},
+                          Row{Kind::profile_form_suction, "profile_form_suction", "cvcont", Unit::mm},
+                          Row{Kind::profile_form_te, "profile_form_te", "tecont", Unit::mm},
+                          Row{Kind::profile_form_pressure, "profile_form_pressure", "cccont", Unit::mm}};
+
+const Row& row_of(Kind kind) {
+    return rows[static_cast<std::size_t>(kind)];
+}
+
+std::string lower(std::string_view text) {
+    std::string out(text);
+    std::transform(out.begin(), out.end(), out.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    return out;
+}
+
+/// 2.5 for 2.500.
+std::string short_number(double value) {
+    std::string text = core::fixed(value, 3);
+    while (text.back() == '0')
+        text.pop_back();
+    if (text.back() == '.') text.pop_back();
+    return text;
+}
+
+/// A number whose key carries the unit of the characteristic: nominal_mm, nominal_deg, nominal_mm2, nominal.
+class UnitReader {
+  public:
+    UnitReader(const ConfigTable& table, Unit unit) : table_(table), unit_(unit) {}
+
+    std::string key(std::string_view stem) const {
+        const char* suffix = unit_ == Unit::mm ? "_mm" : unit_ == Unit::rad ? "_deg" : unit_ == Unit::mm2 ? "_mm2" : "";
+        return std::string(stem) + suffix;
+    }
+    std::optional<double> number(std::string_view stem, core::Bounds bounds) const {
+        const double value = table_.number(key(stem), 0.0, bounds);
+        if (!table_.has(key(stem))) return std::nullopt;
+        return unit_ == Unit::rad ? core::rad_from_deg(value) : value;
+    }
+
+  private:
+    const ConfigTable& table_;
+    Unit unit_;
+};
+
+void read_tolerance(const ConfigTable& table, CharacteristicSpec& spec) {
+    const UnitReader reader(table, unit_of(spec.kind));
+    spec.nominal = reader.number("nominal", {-1e6, 1e6});
+    const auto both = reader.number("tolerance", {1e-9, 1e6});
+    const auto below = reader.number("lower", {-1e6, 1e6}), above = reader.number("upper", {-1e6, 1e6});
+    if (is_profile_form(spec.kind)) {
+        if (spec.nominal || below || above)
+            table.complain(reader.key(spec.nominal ? "nominal"
+                                      : below      ? "lower"
+                                                   : "upper"),
+                           "is not of a profile, whose tolerance is the full width of its zone");
+        spec.nominal = 0.0;
+        spec.above = both;
+        return;
+    }
+    if (both && (below || above)) table.complain(reader.key("tolerance"), "(+-) and lower, upper exclude each other");
+    if (below && above && *below >= *above) table.complain(reader.key("lower"), "must be less than upper");
+    spec.below = both ? std::optional(-*both) : below;
+    spec.above = both ? both : above;
+}
+
+void read_method(const ConfigTable& table, CharacteristicSpec& spec) {
+    const std::string method = table.text("method", "");
+    if (method.empty()) return;
+    const auto unknown = [&](const char* known) { table.complain("method", "\"" + method + "\" is none of " + known); };
+    switch (spec.kind) {
+        case Kind::chord:
+            if (const auto found = fitting::chord_method_from(method))
+                spec.chord = *found;
+            else
+                unknown("NOSETAIL, CALIPER, TANGENT, BELAC, XAXIS, RADCENTER, MINCIRCLE, MAXDIST");
+            return;
+        case Kind::stagger:
+            if (const auto found = fitting::stagger_method_from(method))
+                spec.stagger = *found;
+            else
+                unknown("NOSETAIL, CALIPER");
+            return;
+        case Kind::max_thickness:
+            if (lower(method) != "max_inscribed" && lower(method) != "inscribed") unknown("MAX_INSCRIBED");
+            return;
+        case Kind::max_thickness_position:
+            if (lower(method) != "chord" && lower(method) != "camber") unknown("CHORD, CAMBER");
+            if (lower(method) == "camber") spec.position = fitting::PositionMethod::on_camber;
+            return;
+        default:
+            table.complain("method", "is not to be chosen for " + std::string(to_string(spec.kind)));
+    }
+}
+
+void read_places(const ConfigTable& table, CharacteristicSpec& spec) {
+    const core::Bounds distance{1e-3, 1e5};
+    const bool thickness = spec.kind == Kind::le_thickness || spec.kind == Kind::te_thickness;
+    const bool angle = spec.kind == Kind::le_angle || spec.kind == Kind::te_angle;
+    const bool belac = spec.kind == Kind::chord && spec.chord == fitting::ChordMethod::belac;
+    if (thickness) spec.distance_mm = table.required_number("distance_mm", distance);
+    if (angle) {
+        spec.near_mm = table.required_number("near_mm", distance);
+        spec.far_mm = table.required_number("far_mm", distance);
+        if (spec.far_mm <= spec.near_mm) table.complain("far_mm", "must be larger than near_mm");
+        if (table.word("reference", "x", {"x", "chord"}) == "chord") spec.reference = fitting::AngleReference::chord;
+    }
+    if (belac) spec.direction_rad = core::rad_from_deg(table.required_number("direction_deg", {-360.0, 360.0}));
+}
+
+std::string default_label(const ConfigTable& table, const CharacteristicSpec& spec) {
+    std::string label(to_string(spec.kind));
+    const std::string method = lower(table.text("method", ""));
+    const bool usual = method.empty() || method == "nosetail" || method == "max_inscribed" || method == "inscribed";
+    if (!usual) label += "_" + method;
+    if (spec.distance_mm > 0.0) label += "_" + short_number(spec.distance_mm);
+    if (spec.far_mm > 0.0) label += "_" + short_number(spec.near_mm) + "_" + short_number(spec.far_mm);
+    return label;
+}
+
+bool share_a_section(const CharacteristicSpec& a, const CharacteristicSpec& b) {
+    if (a.sections.empty() || b.sections.empty()) return true;
+    return std::any_of(a.sections.begin(), a.sections.end(), [&](std::size_t i) { return b.is_of(i); });
+}
+
+}  // namespace
+
+std::string_view to_string(CharacteristicKind kind) noexcept {
+    return row_of(kind).name;
+}
+
+std::optional<CharacteristicKind> characteristic_kind_from(std::string_view name) {
+    const std::string wanted = lower(name);
+    for (const Row& row : rows)
+        if (row.name == wanted || (!row.keyword.empty() && row.keyword == wanted)) return row.kind;
+    return std::nullopt;
+}
+
+Unit unit_of(CharacteristicKind kind) noexcept {
+    return row_of(kind).unit;
+}
+
+bool is_profile_form(CharacteristicKind kind) noexcept {
+    return kind >= Kind::profile_form_le;
+}
+
+bool needs_best_fit(CharacteristicKind kind) noexcept {
+    return kind >= Kind::displacement_x;
+}
+
+bool CharacteristicSpec::is_of(std::size_t section) const {
+    return sections.empty() || std::find(sections.begin(), sections.end(), section) != sections.end();
+}
+
+std::vector<CharacteristicSpec> read_characteristics(const std::vector<core::ConfigTable>& tables) {
+    std::vector<CharacteristicSpec> specs;
+    for (const ConfigTable& table : tables) {
+        CharacteristicSpec spec;
+        const std::string name = table.required_text("name");
+        const auto kind = characteristic_kind_from(name);
+        if (!kind) {
+            std::string known;
+            for (const Row& row : rows)
+                known += (known.empty() ? "" : ", ") + std::string(row.name);
+            if (table.has("name")) table.complain("name", "\"" + name + "\" is none of " + known);
+            continue;
+        }
+        spec.kind = *kind;
+        read_method(table, spec);
+        read_places(table, spec);
+        read_tolerance(table, spec);
+        for (const double index : table.numbers("sections")) {
+            if (index < 0.0 || index != std::floor(index) || index > 1e6)
+                table.complain("sections", "must be indices of sections, counted from 0");
+            else
+                spec.sections.push_back(static_cast<std::size_t>(index));
+        }
+        spec.label = table.text("label", default_label(table, spec));
+        for (const auto& other : specs)
+            if (other.label == spec.label && share_a_section(other, spec))
+                table.complain("name", "\"" + spec.label + "\" is asked for twice: give one of them a label");
+        specs.push_back(std::move(spec));
+    }
+    return specs;
+}
+
+}  // namespace cmm::acquisition

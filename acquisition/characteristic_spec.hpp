@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "acquisition/section_result.hpp"
+#include "core/config.hpp"
+#include "fitting/chord.hpp"
+#include "fitting/thickness_measures.hpp"
+
+namespace cmm::acquisition {
+
+/// What a part file may ask of a section, docs/part-file.md.
+enum class CharacteristicKind : std::uint8_t {
+    chord,
+    axial_chord,
+    stagger,
+    max_thickness,
+    max_thickness_position,
+    le_thickness,
+    te_thickness,
+    le_angle,
+    te_angle,
+    le_radius,
+    te_radius,
+    area,
+    centroid_x,
+    centroid_y,
+    displacement_x,
+    displacement_y,
+    twist,
+    profile_form_le,
+    profile_form_suction,
+    profile_form_te,
+    profile_form_pressure,
+};
+std::string_view to_string(CharacteristicKind kind) noexcept;
+/// By our name or a keyword of the field (CHORD, CHDANG, MAXTHK, LETHCK, TWIST, CCCONT, ...), in capitals or not.
+std::optional<CharacteristicKind> characteristic_kind_from(std::string_view name);
+Unit unit_of(CharacteristicKind kind) noexcept;
+/// Forms after the best fit to the nominal: displacement, twist, profile_form_*.
+bool needs_best_fit(CharacteristicKind kind) noexcept;
+bool is_profile_form(CharacteristicKind kind) noexcept;
+
+/// One [[characteristic]] of a part file. Lengths in mm, angles in rad.
+struct CharacteristicSpec {
+    CharacteristicKind kind = CharacteristicKind::chord;
+    std::string label;  ///< what it is called in the results
+    fitting::ChordMethod chord = fitting::ChordMethod::nose_tail;
+    fitting::StaggerMethod stagger = fitting::StaggerMethod::nose_tail;
+    fitting::PositionMethod position = fitting::PositionMethod::on_chord;
+    fitting::AngleReference reference = fitting::AngleReference::x_axis;
+    double direction_rad = 0.0;
+    double distance_mm = 0.0, near_mm = 0.0, far_mm = 0.0;
+    std::optional<double> nominal;       ///< absent: that of the nominal section, by the same method
+    std::optional<double> below, above;  ///< tolerance: lowest and highest deviation from the nominal
+    std::vector<std::size_t> sections;   ///< by index; empty: all
+
+    bool has_tolerance() const { return below || above; }
+    bool is_of(std::size_t section) const;
+};
+
+/// Reads the list. Complains of unknown names and methods, of missing distances, of two of one label for one section.
+std::vector<CharacteristicSpec> read_characteristics(const std::vector<core::ConfigTable>& tables);
+
+}  // namespace cmm::acquisition
