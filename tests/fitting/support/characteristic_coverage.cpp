@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "fitting/area_measures.hpp"
+#include "fitting/best_fit.hpp"
 #include "fitting/chord.hpp"
 #include "fitting/thickness_measures.hpp"
 #include "support/section_truth.hpp"
@@ -84,9 +85,26 @@ class Judge {
     Tallies& tallies_;
 };
 
-void judge(const families::Blade& blade, const Truth& truth, const SectionFit& fit, Tallies& tallies) {
+/// The blade itself as a nominal: displacement and twist are nought.
+ClosedCurve nominal_of(const families::Blade& blade) {
+    constexpr int points = 6000;
+    std::vector<section_truth::Vec2> outline;
+    for (int k = 0; k < points; ++k)
+        outline.push_back(blade.at(4.0 * k / points).position);
+    return ClosedCurve::through(outline).value();
+}
+
+void judge(const families::Blade& blade, const ClosedCurve& nominal, const Truth& truth, const SectionFit& fit,
+           Tallies& tallies) {
     MeasuredSection section(fit);
     Judge say(section, tallies);
+    if (const auto moved = fit_to_nominal(section.contour(), nominal)) {
+        say("displacement x", moved->dx, 0.0);
+        say("displacement y", moved->dy, 0.0);
+        say("twist", moved->twist, 0.0, true);
+    } else {
+        ++tallies["twist"].refused;
+    }
     say("chord NOSETAIL", measure_chord(section, ChordMethod::nose_tail), truth.nose_tail);
     say("chord CALIPER", measure_chord(section, ChordMethod::caliper), truth.caliper);
     say("chord BELAC", measure_chord(section, ChordMethod::belac, belac_rad), truth.belac);
@@ -133,6 +151,7 @@ std::vector<Tallies> run(const Task& task) {
     for (std::uint64_t seed = task.first_seed; seed < task.first_seed + task.blades; ++seed) {
         const families::Blade blade = families::make(task.family, seed);
         const Truth truth = truth_of(blade);
+        const ClosedCurve nominal = nominal_of(blade);
         for (std::size_t k = 0; k < task.sigmas_mm.size(); ++k) {
             families::ScanOptions scanning;
             scanning.points = task.points;
@@ -149,7 +168,7 @@ std::vector<Tallies> run(const Task& task) {
                 ++tallies[k]["section"].refused;
                 continue;
             }
-            judge(blade, truth, *fit, tallies[k]);
+            judge(blade, nominal, truth, *fit, tallies[k]);
         }
     }
     return tallies;
