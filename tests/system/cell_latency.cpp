@@ -1,21 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // How long a decision takes to a PLC: from the arrival of the sample that settled it (its host time in the run file) to
-// the reply in which the PLC read it. Simulator, cell and PLC are three processes on one host; the PLC asks every
-// millisecond over Modbus TCP. Prints a table; built and run by hand:
-//   cell_latency [bad parts] [good parts] [speed]
+// the reply in which the PLC read it, and to WebSockets that hear the run. Simulator, cell and PLC are three processes
+// on one host; the PLC asks every millisecond over Modbus TCP. Prints a table; built and run by hand:
+//   cell_latency [bad parts] [good parts] [speed] [listeners]
 #include <arpa/inet.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
+#include <mutex>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <stdexcept>
@@ -24,6 +27,7 @@
 #include "acquisition/journal.hpp"
 #include "tests/support/process.hpp"
 #include "tests/system/simulated_machine.hpp"
+#include "tests/web/raw_client.hpp"
 
 namespace cmm::test {
 namespace {
@@ -105,7 +109,7 @@ struct PartTimes {
     unsigned run = 0, result = 0;
 };
 
-PartTimes measure(Plc& plc, unsigned program) {
+PartTimes measure(Plc& plc, unsigned program, const std::function<void(unsigned run)>& begun) {
     constexpr unsigned present = 1, start = 2, acknowledge = 8, ready = 1, busy = 2, done = 4;
     PartTimes times;
     const auto until = [&](unsigned command, unsigned bit, bool set) {
@@ -122,13 +126,73 @@ PartTimes measure(Plc& plc, unsigned program) {
     };
     until(present, ready, true);
     until(present | start, busy, true);
+    times.run = static_cast<unsigned>(plc.words[10]) << 16U | plc.words[11];
+    begun(times.run);
     until(present, done, true);
     times.done_ns = plc.at_ns;
-    times.run = static_cast<unsigned>(plc.words[10]) << 16U | plc.words[11];
     times.result = plc.words[6];
     until(present | acknowledge, done, false);
     return times;
 }
+
+std::string folder_of(unsigned run) {
+    std::array<char, 16> name{};
+    std::snprintf(name.data(), name.size(), "%06u", run);
+    return name.data();
+}
+
+/// A page that hears each run from its first event, on a thread of its own.
+class Listener {
+  public:
+    explicit Listener(std::uint16_t port) : port_(port), thread_([this] { listen(); }) {}
+    ~Listener() {
+        ending_ = true;
+        thread_.join();
+    }
+    Listener(const Listener&) = delete;
+    Listener& operator=(const Listener&) = delete;
+
+    void hear(unsigned run) { run_ = run; }
+    /// When a rejection while measuring was heard, by run. After the end.
+    std::map<unsigned, std::int64_t> heard() {
+        const std::lock_guard guard(mutex_);
+        return heard_;
+    }
+
+  private:
+    void listen() {
+        unsigned before = 0;
+        while (!ending_) {
+            const unsigned run = run_;
+            web::test::RawClient page(port_);
+            page.send(web::test::upgrade_request(port_, "/api/events?from=1&run=" + folder_of(run)));
+            if (run == before || run == 0 || !page.answer().starts_with("HTTP/1.1 101")) {
+                std::this_thread::sleep_for(std::chrono::milliseconds(5));
+                continue;
+            }
+            before = run;
+            follow(page, run);
+        }
+    }
+    void follow(web::test::RawClient& page, unsigned run) {
+        while (!ending_ && run_ == run) {
+            const std::string lines = page.frame(std::chrono::milliseconds(500));
+            const auto at = now_ns();
+            if (lines.find("\"while_measuring\":true") != std::string::npos) {
+                const std::lock_guard guard(mutex_);
+                heard_.emplace(run, at);
+            }
+            if (lines.find("RunStopped") != std::string::npos) return;
+        }
+    }
+
+    std::uint16_t port_;
+    std::atomic<unsigned> run_{0};
+    std::atomic<bool> ending_{false};
+    std::mutex mutex_;
+    std::map<unsigned, std::int64_t> heard_;
+    std::thread thread_;
+};
 
 struct Deciding {
     std::int64_t rejected_ns = 0, last_ns = 0;  // arrival of the sample that settled a rejection, and of the last one
@@ -172,7 +236,7 @@ std::string text_of(const std::string& file) {
     return {std::istreambuf_iterator<char>(in), {}};
 }
 
-void run_all(int bad, int good, const std::string& speed) {
+void run_all(int bad, int good, const std::string& speed, int listeners) {
     const TemporaryFolder folder;
     const std::string part = "tests/system/parts/fault-job.toml";
     std::string text = text_of(part);
@@ -187,28 +251,38 @@ void run_all(int bad, int good, const std::string& speed) {
     std::ofstream(folder / "parts/2.toml") << text;
     SimulatedMachine machine(part, folder, {"--speed", speed});
     Process cell({cmmlive(), "cell", "--machine", machine.url(), "--parts", folder / "parts", "--runs", folder / "runs",
-                  "--plc", "modbus+tcp://127.0.0.1:0", "--stop-when-rejected"},
+                  "--plc", "modbus+tcp://127.0.0.1:0", "--stop-when-rejected", "--serve", "127.0.0.1:0", "--json"},
                  folder / "cell");
-    wait_for([&] { return cell.out().find("plc: ") != std::string::npos || !cell.running(); });
-    const std::string out = cell.out();
-    Plc plc(static_cast<std::uint16_t>(std::stoi(out.substr(out.rfind(':') + 1))));
+    wait_for([&] { return cell.out().find('\n') != std::string::npos || !cell.running(); });
+    const auto printed = nlohmann::json::parse(cell.out());
+    const auto port_in = [](const std::string& url) {
+        return static_cast<std::uint16_t>(std::stoi(url.substr(url.find(':', url.find("//")) + 1)));
+    };
+    Plc plc(port_in(printed.at("plc")));
+    std::vector<std::unique_ptr<Listener>> pages;
+    for (int i = 0; i < listeners; ++i)
+        pages.push_back(std::make_unique<Listener>(port_in(printed.at("page"))));
+    const auto begun = [&](unsigned run) {
+        for (const auto& page : pages)
+            page->hear(run);
+    };
+    std::map<unsigned, std::int64_t> deciding;  // arrival, by run
     std::vector<double> rejected_ms, rejected_done_ms, accepted_done_ms;
     std::map<unsigned, unsigned> results;
     for (int i = 0; i < bad + good; ++i) {
         const bool is_bad = i < bad;
         PartTimes times;
         try {
-            times = measure(plc, is_bad ? 2 : 1);
+            times = measure(plc, is_bad ? 2 : 1, begun);
         } catch (const std::exception&) {
             std::fprintf(stderr, "%s", cell.err().c_str());
             throw;
         }
         ++results[times.result];
-        std::array<char, 16> name{};
-        std::snprintf(name.data(), name.size(), "%06u", times.run);
-        const auto samples = deciding_samples(folder / (std::string("runs/") + name.data() + "/run.cmmrun"));
+        const auto samples = deciding_samples(folder / ("runs/" + folder_of(times.run) + "/run.cmmrun"));
         const auto ms = [](std::int64_t from, std::int64_t to) { return static_cast<double>(to - from) * 1e-6; };
         if (is_bad && times.rejected_ns != 0 && samples.rejected_ns != 0) {
+            deciding[times.run] = samples.rejected_ns;
             rejected_ms.push_back(ms(samples.rejected_ns, times.rejected_ns));
             rejected_done_ms.push_back(ms(samples.last_ns, times.done_ns));
         }
@@ -216,7 +290,13 @@ void run_all(int bad, int good, const std::string& speed) {
     }
     for (const auto& [result, number] : results)
         std::printf("result %u: %u parts\n", result, number);
+    std::vector<double> heard_ms;
+    for (const auto& page : pages)
+        for (const auto& [run, at_ns] : page->heard())
+            if (deciding.contains(run)) heard_ms.push_back(static_cast<double>(at_ns - deciding[run]) * 1e-6);
+    std::printf("%d listeners\n", listeners);
     print("deciding sample to the PLC's reading of the rejection", rejected_ms);
+    print("deciding sample to the WebSockets that hear the run", heard_ms);
     print("last sample to done, rejected (retract, release, record)", rejected_done_ms);
     print("last sample to done, accepted (the same, and all surfaces)", accepted_done_ms);
     print("the PLC's exchanges", plc.round_trips_ms);
@@ -230,7 +310,7 @@ void run_all(int bad, int good, const std::string& speed) {
 int main(int count, char** arguments) {
     const auto number = [&](int at, int fallback) { return count > at ? std::atoi(arguments[at]) : fallback; };
     try {
-        cmm::test::run_all(number(1, 100), number(2, 20), count > 3 ? arguments[3] : "1");
+        cmm::test::run_all(number(1, 100), number(2, 20), count > 3 ? arguments[3] : "1", number(4, 0));
     } catch (const std::exception& error) {
         std::fprintf(stderr, "cell_latency: %s\n", error.what());
         return 1;
