@@ -64,8 +64,8 @@ ContourPlace ContourGeometry::farthest(const Vec2& direction, const ContourRange
     return {from % n, root_between(rise(from), rise(from + 1))};
 }
 
-ContourPlace ContourGeometry::foot(const Vec2& p, const ContourRange& range) const {
-    std::size_t best = 0;
+ContourPlace ContourGeometry::foot(const Vec2& p, const ContourRange& range, const ContourPlace* near) const {
+    std::size_t best = near != nullptr ? std::min((near->index + size() - range.first) % size(), range.count - 1) : 0;
     double least = std::numeric_limits<double>::infinity();
     const auto look = [&](std::size_t k) {
         const double squared = (point(range.first + k).position_mm - p).squaredNorm();
@@ -73,7 +73,7 @@ ContourPlace ContourGeometry::foot(const Vec2& p, const ContourRange& range) con
         least = squared;
         best = k;
     };
-    for (std::size_t k = 0; k < range.count; k += coarse_step)
+    for (std::size_t k = 0; near == nullptr && k < range.count; k += coarse_step)
         look(k);
     const std::size_t low = best > coarse_step ? best - coarse_step : 0;
     const std::size_t high = std::min(range.count, best + coarse_step + 1);

@@ -44,8 +44,8 @@ class ContourGeometry {
 
     /// The place of a range that lies farthest in a direction; inside the range its normal is that direction.
     ContourPlace farthest(const Vec2& direction, const ContourRange& range) const;
-    /// The place of a range that is nearest to a point.
-    ContourPlace foot(const Vec2& p, const ContourRange& range) const;
+    /// The place of a range that is nearest to a point; with `near` only the neighbourhood of that place is searched.
+    ContourPlace foot(const Vec2& p, const ContourRange& range, const ContourPlace* near = nullptr) const;
     /// Where the range crosses the line through p along `direction`, nearest to p; none: size() as index.
     ContourPlace crossing(const Vec2& p, const Vec2& direction, const ContourRange& range) const;
 

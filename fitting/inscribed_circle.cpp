@@ -9,6 +9,7 @@ namespace cmm::fitting {
 namespace {
 
 constexpr int most_steps = 60;
+constexpr int steps_beside = 6;
 constexpr double equal_mm = 1e-8;  // a hundredth of a nanometre
 constexpr double still_mm = 1e-10;
 constexpr double least_slope = 0.2;  // of the difference of the distances, which is 2 between parallel sides
@@ -57,8 +58,10 @@ std::optional<InscribedCircle> InscribedCircleFinder::on_line(const Vec2& start,
     InscribedCircle circle;
     for (int step = 0; step < most_steps; ++step) {
         circle.centre = start + x * across;
-        circle.on_suction = contour_->foot(circle.centre, sides_.suction);
-        circle.on_pressure = contour_->foot(circle.centre, sides_.pressure);
+        // The whole sides at first and from time to time, in between what is next to the last places.
+        const bool whole = step % steps_beside == 0;
+        circle.on_suction = contour_->foot(circle.centre, sides_.suction, whole ? nullptr : &circle.on_suction);
+        circle.on_pressure = contour_->foot(circle.centre, sides_.pressure, whole ? nullptr : &circle.on_pressure);
         const Vec2 to_suction = contour_->position(circle.on_suction) - circle.centre;
         const Vec2 to_pressure = contour_->position(circle.on_pressure) - circle.centre;
         const double suction = to_suction.norm(), pressure = to_pressure.norm();
