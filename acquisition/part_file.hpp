@@ -80,7 +80,8 @@ struct PartFile {
 core::Result<PartFile> load_part_file(const std::string& path);
 core::Result<PartFile> parse_part_file(std::string_view text, const std::string& path);
 
-/// The [gate] table and the [[characteristic]] list alone, of a part file or of a file of its own (`cmmlive gate`). Errors as above.
+/// The [gate] table and the [[characteristic]] list alone, of a part file or of a file of its own (`cmmlive gate`).
+/// Errors as above.
 core::Result<GateSpec> load_gate_file(const std::string& path);
 
 }  // namespace cmm::acquisition

@@ -12,6 +12,7 @@
 #include "fitting/thickness_measures.hpp"
 #include "support/exact_scan.hpp"
 #include "support/section_truth.hpp"
+#include "support/truth.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -216,6 +217,38 @@ TEST(Characteristics, CamberLineSurvivesABumpAndAGroove) {
     EXPECT_NEAR(value_of(measure_chord(b, ChordMethod::nose_tail)), value_of(measure_chord(a, ChordMethod::nose_tail)),
                 0.01);
     EXPECT_NEAR(a.camber()->length_mm(), b.camber()->length_mm(), 0.05);
+}
+
+/// Blades of compressors and of an engine, with facets, fillets and cooling slots: a camber line all the same, and no
+/// circle between its sides is larger than the one that was found.
+TEST(Characteristics, RealBladesHaveACamberLine) {
+    std::vector<truth::Outline> outlines = truth::rotor37_outlines();
+    for (const auto& more : {truth::hannover_outlines(), truth::engine_outlines()})
+        outlines.insert(outlines.end(), more.begin(), more.end());
+    if (outlines.empty()) GTEST_SKIP() << "../shared/data is absent";
+    for (const auto& outline : outlines) {
+        truth::ScanOptions scanning;
+        scanning.pitch = 0.16;
+        scanning.noise = 0.0005;
+        const auto scan = truth::scan(truth::ball_centres(outline, 1.0), scanning);
+        const auto fit = fit_section(scan.points, {}, {});
+        ASSERT_TRUE(fit) << outline.name << ": " << fit.error().message;
+        MeasuredSection section(*fit);
+        const auto& camber = section.camber();
+        ASSERT_TRUE(camber) << outline.name << ": " << camber.error().message;
+        const auto thickest = camber->thickest();
+        const double texture = outline.name.starts_with("engine") ? 0.010 : 0.002;  // of the mesh; of the others none
+        double largest = 0.0;
+        for (const InscribedCircle& circle : camber->circles())
+            largest = std::max(largest, -outline.distance(circle.centre));
+        EXPECT_NEAR(-outline.distance(thickest.circle.centre), thickest.circle.radius, texture) << outline.name;
+        EXPECT_LT(largest, thickest.circle.radius + texture) << outline.name;
+        const auto chord = measure_chord(section, ChordMethod::nose_tail);
+        const auto longest = measure_chord(section, ChordMethod::largest);
+        ASSERT_TRUE(chord && longest) << outline.name;
+        EXPECT_LE(chord->value, longest->value) << outline.name;
+        EXPECT_GT(chord->value, 0.95 * longest->value) << outline.name;
+    }
 }
 
 TEST(Characteristics, BestFitFindsAMotion) {
