@@ -15,7 +15,7 @@ namespace {
 constexpr int most_turns = 40;           // of the line that touches both ends
 constexpr double nearest_touches = 0.3;  // of the chord, between them: nearer, the side is not concave
 
-tl::unexpected<core::Error> refuse(const std::string& why) {
+tl::unexpected<core::Error> no_chord(const std::string& why) {
     return core::fail(core::ErrorCode::fit_not_evaluable, why);
 }
 
@@ -54,7 +54,7 @@ core::Result<Bitangent> touch_concave_side(const MeasuredSection& section) {
         const Vec2 step = contour.position(line.at_te) - contour.position(line.at_le);
         line.length_mm = step.norm();
         if (line.length_mm < nearest_touches * chord.norm())
-            return refuse("the pressure side is not concave: no line touches it at both ends");
+            return no_chord("the pressure side is not concave: no line touches it at both ends");
         const Vec2 along = step / line.length_mm;
         const bool still = std::abs(cross(along, line.along)) < 1e-13;
         line.along = along;
@@ -108,8 +108,8 @@ core::Result<Measure> caliper(const MeasuredSection& section) {
 
 core::Result<Measure> rad_center(const MeasuredSection& section) {
     const EdgeFit &le = section.fit().le, &te = section.fit().te;
-    if (!le.valid) return refuse("LE: " + le.why);
-    if (!te.valid) return refuse("TE: " + te.why);
+    if (!le.valid) return no_chord("LE: " + le.why);
+    if (!te.valid) return no_chord("TE: " + te.why);
     const Vec2 step = te.centre_mm - le.centre_mm;
     const Vec2 along = step.normalized();
     Measure out{"RADCENTER: between the centres of the edges' circles, plus both radii",
@@ -187,7 +187,7 @@ core::Result<Measure> measure_chord(MeasuredSection& section, ChordMethod method
         case ChordMethod::largest:
             return largest(section.contour());
     }
-    return refuse("no such method");
+    return no_chord("no such method");
 }
 
 core::Result<Measure> measure_stagger(MeasuredSection& section, StaggerMethod method) {
