@@ -11,7 +11,7 @@
 namespace cmm::fitting {
 namespace {
 
-tl::unexpected<core::Error> refuse(const char* why) {
+tl::unexpected<core::Error> no_thickness(const char* why) {
     return core::fail(core::ErrorCode::fit_not_evaluable, why);
 }
 
@@ -31,7 +31,7 @@ void add_arc_move(const ContourGeometry& contour, const CamberLine::Thickest& th
 core::Result<ContourPlace> leave(const ContourGeometry& contour, const CamberPlace& place, const ContourRange& side,
                                  const Vec2& across) {
     const ContourPlace found = contour.crossing(place.position, across, side);
-    if (found.index == contour.size()) return refuse("the line across the camber line does not meet both sides");
+    if (found.index == contour.size()) return no_thickness("the line across the camber line does not meet both sides");
     return found;
 }
 
@@ -52,7 +52,7 @@ core::Result<Measure> measure_max_thickness_position(MeasuredSection& section, P
     const auto& camber = section.camber();
     if (!camber) return tl::unexpected(camber.error());
     const auto thickest = camber->thickest();
-    if (!(thickest.bend < 0.0)) return refuse("the thickness has no maximum between the edges");
+    if (!(thickest.bend < 0.0)) return no_thickness("the thickness has no maximum between the edges");
     const ContourGeometry& contour = section.contour();
     if (method == PositionMethod::on_camber) {
         Measure out{"MAX_INSCRIBED along the camber line, share of its length from the LE",
@@ -102,13 +102,13 @@ core::Result<Measure> measure_edge_thickness(MeasuredSection& section, EdgeName 
         const Vec2 off = contour.position(ends[k]) - place->position, normal = contour.normal(ends[k]);
         const Vec2 out_of = off.dot(across) < 0.0 ? Vec2(-across) : across;
         const double leaning = normal.dot(out_of);
-        if (leaning < 0.1) return refuse("the line across the camber line runs along a side");
+        if (leaning < 0.1) return no_thickness("the line across the camber line runs along a side");
         out.value += off.norm();
         contour.add(ends[k], 1.0 / leaning, out.slopes);
         growth -= normal.dot(place->inward) / leaning;
     }
     if ((contour.position(ends[0]) - place->position).dot(contour.position(ends[1]) - place->position) > 0.0)
-        return refuse("the line across the camber line meets both sides on one hand");
+        return no_thickness("the line across the camber line meets both sides on one hand");
     end.add(contour, growth * place->inward, out.slopes);
     return out;
 }
