@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "acquisition/exports.hpp"
+#include "acquisition/svg.hpp"
+#include "core/text.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+using svg::escape;
+
+constexpr int decimals = 6;  // a nanometre
+constexpr const char* section_normal = "0 0 1";
+constexpr double coverage_factor = 2;  // of U95, as the report states it
+
+std::string element(std::string_view name, const std::string& content) {
+    return "<" + std::string(name) + ">" + content + "</" + std::string(name) + ">";
+}
+
+std::string list(std::string_view name, const std::vector<std::string>& items) {
+    std::string text = "<" + std::string(name) + " n=\"" + std::to_string(items.size()) + "\">\n";
+    for (const auto& item : items)
+        text += item + "\n";
+    return text + "</" + std::string(name) + ">\n";
+}
+
+/// Stands for the text, always the same (FNV-1a, Fowler, Noll, Vo 1991, from four different starts).
+std::string persistent_id(std::string_view text) {
+    std::array<std::uint32_t, 4> words{};
+    for (std::uint32_t k = 0; k < words.size(); ++k) {
+        words[k] = 2166136261U ^ (k * 0x9e3779b9U);
+        for (const char c : text)
+            words[k] = (words[k] ^ static_cast<unsigned char>(c)) * 16777619U;
+    }
+    char out[37];
+    std::snprintf(out, sizeof out, "%08x-%04x-%04x-%04x-%04x%08x", words[0], words[1] >> 16U, words[1] & 0xffffU,
+                  words[2] >> 16U, words[2] & 0xffffU, words[3]);
+    return out;
+}
+
+/// What QIF calls the characteristic: the beginning of the names of its four elements.
+std::string_view kind_of(const Characteristic& one) {
+    if (one.name.starts_with("profile_") && one.limit_mm) return "LineProfile";
+    if (one.name.ends_with("_radius")) return "Radius";
+    return "UserDefinedLinear";
+}
+
+std::string_view status_of(Decision decision) {
+    switch (decision) {
+        case Decision::accept:
+            return "PASS";
+        case Decision::reject:
+            return "FAIL";
+        case Decision::undecided:
+            return "INDETERMINATE";
+        case Decision::reported:
+            return "NOT_ANALYZED";
+        case Decision::not_evaluable:
+            return "UNDEFINED";
+    }
+    return "UNDEFINED";
+}
+
+std::string inspection_status(const PartResult& part) {
+    if (!part.has_requirements()) return "NOT_CALCULATED";
+    const Decision verdict = part.verdict();
+    return verdict == Decision::accept ? "PASS" : verdict == Decision::reject ? "FAIL" : "UNKNOWN";
+}
+
+/// One document: definitions (what is asked for, one for all sections alike), nominals and items (where), measurements.
+class QifDocument {
+  public:
+    explicit QifDocument(const PartResult& part) : part_(part) {}
+
+    std::string text() {
+        const int standard = next_id(), rule = next_id(), component = next_id(), results = next_id();
+        for (const auto& section : part_.sections)
+            for (const auto& one : section.characteristics)
+                add(section, one, component);
+        std::string body =
+            element("QPId", persistent_id(part_.run_id + part_.part_serial)) + "\n" +
+            element("Header", element("Application", element("Name", escape(part_.software_version)))) + "\n" +
+            list("StandardsDefinitions", {iso_1101(standard), iso_14253(rule)}) +
+            element("FileUnits",
+                    element("PrimaryUnits",
+                            element("LinearUnit", element("SIUnitName", "meter") + element("UnitName", "mm") +
+                                                      element("UnitConversion", element("Factor", "0.001"))))) +
+            "\n";
+        if (!measurements_.empty())
+            body += "<Characteristics>\n" + element("FormalStandardId", std::to_string(standard)) + "\n" +
+                    list("CharacteristicDefinitions", definitions_) + list("CharacteristicNominals", nominals_) +
+                    list("CharacteristicItems", items_) + "</Characteristics>\n";
+        const std::string status =
+            element("InspectionStatus", element("InspectionStatusEnum", inspection_status(part_)));
+        std::string measured =
+            "<MeasurementResults id=\"" + std::to_string(results) + "\">\n" +
+            element("InspectionTraceability", element("ReportNumber", escape(part_.run_id)) +
+                                                  element("InspectionStart", escape(part_.started_utc))) +
+            "\n";
+        if (!measurements_.empty())
+            measured += "<MeasuredCharacteristics>\n" + list("CharacteristicMeasurements", measurements_) +
+                        "</MeasuredCharacteristics>\n";
+        measured += status + "\n</MeasurementResults>";
+        const std::string piece = "<ActualComponent id=\"" + std::to_string(component) + "\">" +
+                                  element("SerialNumber", escape(part_.part_serial)) +
+                                  element("Status", element("InspectionStatusEnum", inspection_status(part_))) +
+                                  "</ActualComponent>";
+        body += "<Results>\n" + list("MeasurementResultsSet", {measured}) +
+                list("ActualComponentSets", {list("ActualComponentSet", {piece})}) + "</Results>\n";
+        return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<QIFDocument xmlns=\"http://qifstandards.org/xsd/qif3\" "
+               "versionQIF=\"3.0.0\" idMax=\"" +
+               std::to_string(last_id_) + "\">\n" + body + "</QIFDocument>\n";
+    }
+
+  private:
+    int next_id() { return ++last_id_; }
+
+    static std::string standard(int id, std::string_view designator, std::string_view title) {
+        return "<Standard id=\"" + std::to_string(id) + "\">" +
+               element("Organization", element("StandardsOrganizationEnum", "ISO")) +
+               element("Designator", std::string(designator)) + element("Title", std::string(title)) + "</Standard>";
+    }
+    static std::string iso_1101(int id) { return standard(id, "ISO 1101", "Geometrical tolerancing"); }
+    static std::string iso_14253(int id) {
+        return standard(id, "ISO 14253-1", "Decision rules for verifying conformity or nonconformity");
+    }
+
+    static std::string open(std::string_view kind, std::string_view aspect, int id) {
+        return "<" + std::string(kind) + "Characteristic" + std::string(aspect) + " id=\"" + std::to_string(id) + "\">";
+    }
+    static std::string close(std::string_view kind, std::string_view aspect) {
+        return "</" + std::string(kind) + "Characteristic" + std::string(aspect) + ">";
+    }
+
+    /// The same for all sections that ask for the same.
+    int definition_of(const Characteristic& one) {
+        const std::string limit = one.limit_mm ? core::fixed(*one.limit_mm, decimals) : "";
+        const auto key = std::pair(one.name, limit + one.method);
+        if (const auto known = known_.find(key); known != known_.end()) return known->second;
+        const int id = next_id();
+        const auto kind = kind_of(one);
+        std::string text = open(kind, "Definition", id) + element("Description", escape(one.method)) +
+                           element("Name", escape(one.name));
+        if (kind == "LineProfile") {
+            text += element("ToleranceValue", limit);
+        } else if (one.limit_mm) {
+            text += element("Tolerance", element("MaxValue", limit) + element("DefinedAsLimit", "true"));
+        } else {
+            text += element("NonTolerance", "MEASURED");
+        }
+        if (kind == "UserDefinedLinear") text += element("WhatToMeasure", escape(one.name));
+        definitions_.push_back(text + close(kind, "Definition"));
+        known_.emplace(key, id);
+        return id;
+    }
+
+    void add(const SectionResult& section, const Characteristic& one, int component) {
+        const auto kind = kind_of(one);
+        const int definition = definition_of(one), nominal = next_id(), item = next_id(), measured = next_id();
+        const std::string name = escape(one.name + " z " + core::fixed(section.z_mm, 3));
+        nominals_.push_back(open(kind, "Nominal", nominal) +
+                            element("CharacteristicDefinitionId", std::to_string(definition)) + element("Name", name) +
+                            (kind == "LineProfile" ? element("Vector", section_normal) : "") + close(kind, "Nominal"));
+        items_.push_back(open(kind, "Item", item) + element("Name", name) +
+                         element("CharacteristicNominalId", std::to_string(nominal)) + close(kind, "Item"));
+        std::string text = open(kind, "Measurement", measured);
+        if (!one.note.empty()) text += element("Description", escape(one.note));
+        text += element("Status", element("CharacteristicStatusEnum", std::string(status_of(one.decision)))) +
+                element("CharacteristicItemId", std::to_string(item)) +
+                element("ActualComponentId", std::to_string(component));
+        if (one.value_mm) {
+            const std::string uncertainty =
+                one.u95_mm ? " combinedUncertainty=\"" + core::fixed(*one.u95_mm / coverage_factor, decimals) + "\""
+                           : "";
+            text += "<Value" + uncertainty + ">" + core::fixed(*one.value_mm, decimals) + "</Value>";
+        }
+        measurements_.push_back(text + close(kind, "Measurement"));
+    }
+
+    const PartResult& part_;
+    int last_id_ = 0;
+    std::map<std::pair<std::string, std::string>, int> known_;
+    std::vector<std::string> definitions_, nominals_, items_, measurements_;
+};
+
+}  // namespace
+
+std::string qif_xml(const PartResult& part) {
+    return QifDocument(part).text();
+}
+
+core::Status export_qif(const PartResult& part, const std::string& file) {
+    return core::write_file(file, qif_xml(part));
+}
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <string>
+
+#include "acquisition/exports.hpp"
+#include "core/text.hpp"
+#include "tests/acquisition/judged_part.hpp"
+#include "tests/acquisition/temp_folder.hpp"
+#include "tests/acquisition/test_blade.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+const std::string schema = real_data("qif30-xsd/QIFApplications/QIFDocument.xsd");
+
+/// What libxml2's xmllint says, which is none of ours; empty: the document is valid.
+std::string complaints(const std::string& xml) {
+    const TempFolder folder;
+    const auto file = folder.write("part.qif", xml), said = folder.path("said");
+    const std::string command = "xmllint --nonet --noout --schema " + schema + " " + file + " >" + said + " 2>&1";
+    return std::system(command.c_str()) == 0 ? "" : core::read_file(said).value();
+}
+
+struct QifTest : ::testing::Test {
+    void SetUp() override {
+        if (!std::filesystem::exists(schema)) GTEST_SKIP() << "no schemas of QIF 3.0 here";
+        if (std::system("xmllint --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "no xmllint here";
+    }
+};
+
+TEST_F(QifTest, DocumentsAreValid) {
+    EXPECT_EQ(complaints(qif_xml(part_of({section_at(0, 0.0), section_at(1, 0.2)}))), "");
+    EXPECT_EQ(complaints(qif_xml(part_of({section_at(0, 0.0, false), open_section(1)}))), "");
+    EXPECT_EQ(complaints(qif_xml(part_of({}))), "");
+    EXPECT_NE(complaints("<QIFDocument/>"), "") << "what is not valid is found";
+}
+
+std::size_t times(const std::string& text, const std::string& word) {
+    std::size_t count = 0;
+    for (auto at = text.find(word); at != std::string::npos; at = text.find(word, at + 1))
+        ++count;
+    return count;
+}
+
+TEST(Qif, EveryCharacteristicHasItsValueUncertaintyAndDecision) {
+    const auto part = part_of({section_at(0, 0.0), section_at(1, 0.2), open_section(2)});
+    const auto xml = qif_xml(part);
+    std::size_t all = 0, valued = 0, rejected = 0, unknown = 0;
+    for (const auto& section : part.sections)
+        for (const auto& one : section.characteristics) {
+            ++all;
+            valued += one.value_mm ? 1 : 0;
+            rejected += one.decision == Decision::reject ? 1 : 0;
+            unknown += one.decision == Decision::not_evaluable ? 1 : 0;
+        }
+    ASSERT_GT(rejected, 0U);
+    ASSERT_GT(unknown, 0U);
+    EXPECT_EQ(times(xml, "CharacteristicMeasurement id="), all);
+    EXPECT_EQ(times(xml, "<Value combinedUncertainty="), valued);
+    EXPECT_EQ(times(xml, ">FAIL</CharacteristicStatusEnum>"), rejected);
+    EXPECT_EQ(times(xml, ">UNDEFINED</CharacteristicStatusEnum>"), unknown);
+    const auto alike = qif_xml(part_of({part.sections[0], part.sections[1]}));
+    EXPECT_EQ(times(alike, "CharacteristicDefinition id="), part.sections[0].characteristics.size())
+        << "what is asked of all sections is defined once";
+    const auto& chord = *part.sections[0].find("chord");
+    EXPECT_NE(xml.find("<Value combinedUncertainty=\"" + core::fixed(0.5 * *chord.u95_mm, 6) + "\">" +
+                       core::fixed(*chord.value_mm, 6) + "</Value>"),
+              std::string::npos);
+    EXPECT_NE(xml.find("<InspectionStatusEnum>FAIL<"), std::string::npos);
+    EXPECT_EQ(xml, qif_xml(part));
+}
+
+}  // namespace
+}  // namespace cmm::acquisition
