@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <cstdio>
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -17,7 +19,7 @@ namespace {
 
 using svg::escape;
 
-constexpr int decimals = 6;  // a nanometre
+constexpr int decimals = 6;  // a nanometre, a microradian
 constexpr const char* section_normal = "0 0 1";
 constexpr double coverage_factor = 2;  // of U95, as the report states it
 
@@ -46,11 +48,27 @@ std::string persistent_id(std::string_view text) {
     return out;
 }
 
-/// What QIF calls the characteristic: the beginning of the names of its four elements.
-std::string_view kind_of(const Characteristic& one) {
-    if (one.name.starts_with("profile_") && one.limit_mm) return "LineProfile";
-    if (one.name.ends_with("_radius")) return "Radius";
-    return "UserDefinedLinear";
+/// What QIF calls the characteristic: the beginning of the names of its four elements. None: QIF has no number without
+/// a unit, but with limits of its own.
+std::optional<std::string_view> kind_of(const Characteristic& one) {
+    switch (one.unit) {
+        case Unit::mm:
+            if (one.name.starts_with("profile_") && one.upper) return "LineProfile";
+            return one.name.ends_with("_radius") ? "Radius" : "UserDefinedLinear";
+        case Unit::rad:
+            return "UserDefinedAngular";
+        case Unit::mm2:
+            return "UserDefinedArea";
+        case Unit::share:
+            return std::nullopt;
+    }
+    return std::nullopt;
+}
+
+/// A unit by its name and how many of SI's it is.
+std::string unit(std::string_view kind, const char* si, const char* name, const char* factor) {
+    return element(kind, element("SIUnitName", si) + element("UnitName", name) +
+                             element("UnitConversion", element("Factor", factor)));
 }
 
 std::string_view status_of(Decision decision) {
@@ -89,10 +107,9 @@ class QifDocument {
             element("QPId", persistent_id(part_.run_id + part_.part_serial)) + "\n" +
             element("Header", element("Application", element("Name", escape(part_.software_version)))) + "\n" +
             list("StandardsDefinitions", {iso_1101(standard), iso_14253(rule)}) +
-            element("FileUnits",
-                    element("PrimaryUnits",
-                            element("LinearUnit", element("SIUnitName", "meter") + element("UnitName", "mm") +
-                                                      element("UnitConversion", element("Factor", "0.001"))))) +
+            element("FileUnits", element("PrimaryUnits", unit("AreaUnit", "square meter", "mm2", "0.000001") +
+                                                             unit("AngularUnit", "radian", "rad", "1") +
+                                                             unit("LinearUnit", "meter", "mm", "0.001"))) +
             "\n";
         if (!measurements_.empty())
             body += "<Characteristics>\n" + element("FormalStandardId", std::to_string(standard)) + "\n" +
@@ -140,54 +157,58 @@ class QifDocument {
         return "</" + std::string(kind) + "Characteristic" + std::string(aspect) + ">";
     }
 
+    static std::string limits(const Characteristic& one) {
+        std::string text;
+        if (one.upper) text += element("MaxValue", core::fixed(*one.upper, decimals));
+        if (one.lower) text += element("MinValue", core::fixed(*one.lower, decimals));
+        return text + element("DefinedAsLimit", "true");
+    }
+
     /// The same for all sections that ask for the same.
-    int definition_of(const Characteristic& one) {
-        const std::string limit = one.limit_mm ? core::fixed(*one.limit_mm, decimals) : "";
-        const auto key = std::pair(one.name, limit + one.method);
-        if (const auto known = known_.find(key); known != known_.end()) return known->second;
-        const int id = next_id();
-        const auto kind = kind_of(one);
-        std::string text = open(kind, "Definition", id) + element("Description", escape(one.method)) +
-                           element("Name", escape(one.name));
+    int definition_of(std::string_view kind, const Characteristic& one) {
+        std::string text = element("Description", escape(one.method)) + element("Name", escape(one.name));
         if (kind == "LineProfile") {
-            text += element("ToleranceValue", limit);
-        } else if (one.limit_mm) {
-            text += element("Tolerance", element("MaxValue", limit) + element("DefinedAsLimit", "true"));
+            text += element("ToleranceValue", core::fixed(*one.upper, decimals));
         } else {
-            text += element("NonTolerance", "MEASURED");
+            text += one.has_limits() ? element("Tolerance", limits(one)) : element("NonTolerance", "MEASURED");
+            if (kind.starts_with("User")) text += element("WhatToMeasure", escape(one.name));
         }
-        if (kind == "UserDefinedLinear") text += element("WhatToMeasure", escape(one.name));
-        definitions_.push_back(text + close(kind, "Definition"));
-        known_.emplace(key, id);
+        text += close(kind, "Definition");
+        if (const auto known = known_.find(text); known != known_.end()) return known->second;
+        const int id = next_id();
+        definitions_.push_back(open(kind, "Definition", id) + text);
+        known_.emplace(std::move(text), id);
         return id;
     }
 
     void add(const SectionResult& section, const Characteristic& one, int component) {
-        const auto kind = kind_of(one);
-        const int definition = definition_of(one), nominal = next_id(), item = next_id(), measured = next_id();
-        const std::string name = escape(one.name + " z " + core::fixed(section.z_mm, 3));
+        const auto has_kind = kind_of(one);
+        if (!has_kind) return;
+        const auto kind = *has_kind;
+        const int definition = definition_of(kind, one), nominal = next_id(), item = next_id(), measured = next_id();
+        const std::string name = element("Name", escape(one.name + " z " + core::fixed(section.z_mm, 3)));
         nominals_.push_back(open(kind, "Nominal", nominal) +
-                            element("CharacteristicDefinitionId", std::to_string(definition)) + element("Name", name) +
+                            element("CharacteristicDefinitionId", std::to_string(definition)) + name +
+                            (one.nominal ? element("TargetValue", core::fixed(*one.nominal, decimals)) : "") +
                             (kind == "LineProfile" ? element("Vector", section_normal) : "") + close(kind, "Nominal"));
-        items_.push_back(open(kind, "Item", item) + element("Name", name) +
-                         element("CharacteristicNominalId", std::to_string(nominal)) + close(kind, "Item"));
+        items_.push_back(open(kind, "Item", item) + name + element("CharacteristicNominalId", std::to_string(nominal)) +
+                         close(kind, "Item"));
         std::string text = open(kind, "Measurement", measured);
         if (!one.note.empty()) text += element("Description", escape(one.note));
         text += element("Status", element("CharacteristicStatusEnum", std::string(status_of(one.decision)))) +
                 element("CharacteristicItemId", std::to_string(item)) +
                 element("ActualComponentId", std::to_string(component));
-        if (one.value_mm) {
+        if (one.value) {
             const std::string uncertainty =
-                one.u95_mm ? " combinedUncertainty=\"" + core::fixed(*one.u95_mm / coverage_factor, decimals) + "\""
-                           : "";
-            text += "<Value" + uncertainty + ">" + core::fixed(*one.value_mm, decimals) + "</Value>";
+                one.u95 ? " combinedUncertainty=\"" + core::fixed(*one.u95 / coverage_factor, decimals) + "\"" : "";
+            text += "<Value" + uncertainty + ">" + core::fixed(*one.value, decimals) + "</Value>";
         }
         measurements_.push_back(text + close(kind, "Measurement"));
     }
 
     const PartResult& part_;
     int last_id_ = 0;
-    std::map<std::pair<std::string, std::string>, int> known_;
+    std::map<std::string, int> known_;
     std::vector<std::string> definitions_, nominals_, items_, measurements_;
 };
 

@@ -35,6 +35,22 @@ TEST_F(QifTest, DocumentsAreValid) {
     EXPECT_EQ(complaints(qif_xml(part_of({section_at(0, 0.0), section_at(1, 0.2)}))), "");
     EXPECT_EQ(complaints(qif_xml(part_of({section_at(0, 0.0, false), open_section(1)}))), "");
     EXPECT_EQ(complaints(qif_xml(part_of({}))), "");
+    auto asked = section_at(0, 0.0);
+    for (const Unit unit : {Unit::mm, Unit::rad, Unit::mm2, Unit::share})
+        for (const bool upper : {true, false})
+            for (const bool lower : {true, false}) {
+                Characteristic one;
+                one.name = "asked <for>";
+                one.method = "some method & its source";
+                one.value = 1.25;
+                one.u95 = 0.002;
+                one.unit = unit;
+                one.nominal = 1.2;
+                if (upper) one.upper = 1.3;
+                if (lower) one.lower = 1.1;
+                asked.characteristics.push_back(one);
+            }
+    EXPECT_EQ(complaints(qif_xml(part_of({asked}))), "");
     EXPECT_NE(complaints("<QIFDocument/>"), "") << "what is not valid is found";
 }
 
@@ -52,7 +68,7 @@ TEST(Qif, EveryCharacteristicHasItsValueUncertaintyAndDecision) {
     for (const auto& section : part.sections)
         for (const auto& one : section.characteristics) {
             ++all;
-            valued += one.value_mm ? 1 : 0;
+            valued += one.value ? 1 : 0;
             rejected += one.decision == Decision::reject ? 1 : 0;
             unknown += one.decision == Decision::not_evaluable ? 1 : 0;
         }
@@ -66,8 +82,8 @@ TEST(Qif, EveryCharacteristicHasItsValueUncertaintyAndDecision) {
     EXPECT_EQ(times(alike, "CharacteristicDefinition id="), part.sections[0].characteristics.size())
         << "what is asked of all sections is defined once";
     const auto& chord = *part.sections[0].find("chord");
-    EXPECT_NE(xml.find("<Value combinedUncertainty=\"" + core::fixed(0.5 * *chord.u95_mm, 6) + "\">" +
-                       core::fixed(*chord.value_mm, 6) + "</Value>"),
+    EXPECT_NE(xml.find("<Value combinedUncertainty=\"" + core::fixed(0.5 * *chord.u95, 6) + "\">" +
+                       core::fixed(*chord.value, 6) + "</Value>"),
               std::string::npos);
     EXPECT_NE(xml.find("<InspectionStatusEnum>FAIL<"), std::string::npos);
     EXPECT_EQ(xml, qif_xml(part));
