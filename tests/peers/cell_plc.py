@@ -36,6 +36,7 @@ class Plc:
         self.program = 0
         self.serial = ""
         self.losses = 0
+        self.lost_in_the_middle = 0
         self.client = None
         self.connect()
 
@@ -100,6 +101,7 @@ class Plc:
                 if not self.status & BUSY:
                     fail("over before the connection could be lost in the middle")
                 self.lose(0.7)
+                self.lost_in_the_middle += 1
                 self.cycle()
                 if self.echo != self.serial or self.run != before + 1 or not self.status & (BUSY | DONE):
                     fail("after the loss it was another part")
@@ -137,4 +139,6 @@ if __name__ == "__main__":
             fail(f"{part[2]} instead")
     if [part[0] for part in told] != list(range(first + 1, first + 1 + len(told))):
         fail("the runs are not numbered one by one")
+    if len(told) > 1 and not plc.lost_in_the_middle:
+        fail("no connection was lost in the middle of a part: they are too short for this test")
     print(f"ok   {len(told)} parts, {plc.losses} lost connections")
