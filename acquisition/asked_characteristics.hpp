@@ -44,7 +44,7 @@ class AskedCharacteristics {
     std::optional<fitting::MeasuredSection> nominal_section_;
 };
 
-/// A nominal as a section that was measured without error, with 2 400 points.
+/// A nominal as a section that was measured without error, with 1 200 points.
 fitting::SectionFit section_of_nominal(const fitting::NominalSection& nominal);
 
 }  // namespace cmm::acquisition

@@ -46,7 +46,8 @@ std::string row(const SectionResult& section, const Characteristic& c) {
     out += c.value ? number(c.value, c.unit) : "<td class=\"not_evaluable\">n/e</td>";
     out += number(c.u95, c.unit) + number(c.nominal, c.unit) + number(deviation, c.unit) + number(c.lower, c.unit) +
            number(c.upper, c.unit);
-    out += "<td class=\"word " + css + "\">" + decision + "</td><td class=\"word\">" +
+    out += "<td class=\"word " + css + "\">" + decision +
+           "</td><td class=\"word\" style=\"white-space:normal;min-width:15em\">" +
            escape(c.value ? c.method : c.note) + "</td></tr>\n";
     return out;
 }

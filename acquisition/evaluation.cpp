@@ -197,34 +197,48 @@ void add_sizes(SectionResult& section, fitting::MeasuredSection& measured) {
                             : plain_thickness(fit, thickness.error().message));
 }
 
-/// The profile of a zone after the best fit: the contour is carried into the frame of the nominal.
-Characteristic form_profile(CharacteristicKind kind, const fitting::BestFit& fit, const SectionResult& section,
-                            const ReferenceContour& nominal, const EvaluationOptions& options) {
-    std::vector<ContourPoint> moved = section.fit->contour;
-    for (auto& point : moved) {
-        point.position_mm = fit.in_nominal(point.position_mm);
-        point.normal = fit.direction_in_nominal(point.normal);
+/// The profiles after the best fit: the contour is carried into the frame of the nominal, once for all zones.
+class FormProfiles {
+  public:
+    FormProfiles(const SectionResult& section, const ReferenceContour* nominal, const EvaluationOptions& options)
+        : section_(section), nominal_(nominal) {
+        unlimited_.filters = options.filters;
     }
-    auto compared = moved;  // takes the offset error of the nominal's lean, which the contour has already
-    const auto deviation = nominal.compare(compared);
-    const auto filtered = fitting::filter_zones(moved, deviation, options.filters);
-    constexpr std::array zones{Zone::le, Zone::suction, Zone::te, Zone::pressure};
-    const auto first = static_cast<std::size_t>(CharacteristicKind::profile_form_le);
-    const Zone zone = zones[static_cast<std::size_t>(kind) - first];
-    const auto& of_zone =
-        *std::find_if(profile_zones.begin(), profile_zones.end(), [&](const ProfileZone& z) { return z.zone == zone; });
-    EvaluationOptions unlimited;
-    unlimited.filters = options.filters;
-    Characteristic c = profile(of_zone, section, moved, filtered, unlimited);
-    c.method += ", after the best fit of the section";
-    return c;
-}
+
+    Characteristic of(CharacteristicKind kind, const fitting::BestFit& fit) {
+        if (moved_.empty()) compare(fit);
+        constexpr std::array zones{Zone::le, Zone::suction, Zone::te, Zone::pressure};
+        const auto first = static_cast<std::size_t>(CharacteristicKind::profile_form_le);
+        const Zone zone = zones[static_cast<std::size_t>(kind) - first];
+        const auto& of_zone = *std::find_if(profile_zones.begin(), profile_zones.end(),
+                                            [&](const ProfileZone& z) { return z.zone == zone; });
+        Characteristic c = profile(of_zone, section_, moved_, filtered_, unlimited_);
+        c.method += ", after the best fit of the section";
+        return c;
+    }
+
+  private:
+    void compare(const fitting::BestFit& fit) {
+        moved_ = section_.fit->contour;
+        for (auto& point : moved_) {
+            point.position_mm = fit.in_nominal(point.position_mm);
+            point.normal = fit.direction_in_nominal(point.normal);
+        }
+        auto compared = moved_;  // takes the offset error of the nominal's lean, which the contour has already
+        filtered_ = fitting::filter_zones(moved_, nominal_->compare(compared), unlimited_.filters);
+    }
+
+    const SectionResult& section_;
+    const ReferenceContour* nominal_;
+    EvaluationOptions unlimited_;
+    std::vector<ContourPoint> moved_;
+    fitting::FilteredZones filtered_;
+};
 
 void add_asked(SectionResult& section, fitting::MeasuredSection& measured, const ReferenceContour* nominal,
                const fitting::NominalSection* curve, const EvaluationOptions& options) {
-    const auto form = [&](CharacteristicKind kind, const fitting::BestFit& fit) {
-        return form_profile(kind, fit, section, *nominal, options);
-    };
+    FormProfiles forms(section, nominal, options);
+    const auto form = [&](CharacteristicKind kind, const fitting::BestFit& fit) { return forms.of(kind, fit); };
     AskedCharacteristics asked(measured, section.deviation_mm, nominal != nullptr ? curve : nullptr, form);
     for (const auto& spec : options.asked) {
         if (!spec.is_of(section.index)) continue;
