@@ -11,7 +11,7 @@ namespace {
 
 using core::ErrorCode;
 
-std::string lower(std::string_view text) {
+std::string in_small_letters(std::string_view text) {
     std::string out(text);
     std::transform(out.begin(), out.end(), out.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
@@ -28,7 +28,7 @@ std::string_view unquoted(std::string_view text) {
 /// "X [mm]", "x(mm)", "X mm" and "x_mm" are one name.
 std::string header_name(std::string_view text) {
     std::string name;
-    for (const char c : lower(unquoted(text))) {
+    for (const char c : in_small_letters(unquoted(text))) {
         if (c == ']' || c == ')') continue;
         const bool gap = c == ' ' || c == '[' || c == '(' || c == '_';
         if (!gap) {
@@ -59,7 +59,7 @@ std::vector<DelimitedCell> cells_of(std::string_view line, char separator) {
 }
 
 bool is_word_for_no_number(std::string_view text) {
-    std::string word = lower(text);
+    std::string word = in_small_letters(text);
     if (!word.empty() && (word.front() == '-' || word.front() == '+')) word.erase(0, 1);
     return word == "nan" || word == "inf" || word == "infinity";
 }
