@@ -25,6 +25,8 @@ std::string report_html(const PartResult& part);
 /// A QIF 3.0 document (ISO 23952) with what was asked for and what was measured, millimetres; the uncertainty of a
 /// value is the combined standard one, U95/2.
 std::string qif_xml(const PartResult& part);
+/// Q-DAS AQDEF, description and values in K fields: every characteristic of every section once.
+std::string dfq_text(const PartResult& part);
 /// The table that ends a run in a terminal, then the verdict with a line for every cause.
 std::string summary_text(const PartResult& part);
 /// "accept", "reject", "undecided", or "done" for a part without requirements.
@@ -33,6 +35,7 @@ std::string verdict_word(const PartResult& part);
 core::Status export_csv(const PartResult& part, const std::string& dir);
 core::Status export_json(const PartResult& part, const std::string& file);
 core::Status export_html(const PartResult& part, const std::string& file);
+core::Status export_dfq(const PartResult& part, const std::string& file);
 core::Status export_qif(const PartResult& part, const std::string& file);
 /// The map of deviations as a picture of its own. Errors also: input_invalid (no section is compared with a nominal).
 core::Status export_svg(const PartResult& part, const std::string& file);
