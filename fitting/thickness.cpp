@@ -10,7 +10,8 @@ namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t coarse_points = 160;
-constexpr double rounding = 1e-9;  // far above that of a radius, far below what matters
+constexpr double likely_share = 0.95;  // of the largest of few
+constexpr double rounding = 1e-9;      // far above that of a radius, far below what matters
 
 /// A contour against which circles are tried, with every so many-th of its points for a first guess.
 class Obstacles {
@@ -77,14 +78,21 @@ double largest_inscribed_diameter(std::span<const OffsetPoint> contour) {
     }
     const double nearest = 2e-3 * (high - low).norm();
     const Obstacles obstacles(contour, stride, nearest);
+    std::vector<double> coarse;
+    for (std::size_t i = 0; i < n; i += stride)
+        coarse.push_back(obstacles.radius_among_few(contour[i]));
+    double most = 0.0;
+    for (const double radius : coarse)
+        if (radius < std::numeric_limits<double>::infinity()) most = std::max(most, radius);
+    // The maximum is flat, and few points let a circle be too large: all that may be the largest are tried.
     double best = 0.0;
     std::size_t where = 0;
-    for (std::size_t i = 0; i < n; i += stride) {
-        const double radius = obstacles.radius_among_few(contour[i]);
-        if (radius < std::numeric_limits<double>::infinity() && radius > best) {
-            best = radius;
-            where = i;
-        }
+    for (std::size_t k = 0; k < coarse.size(); ++k) {
+        if (coarse[k] < likely_share * most || !(coarse[k] < std::numeric_limits<double>::infinity())) continue;
+        const double radius = obstacles.radius_among_all(contour[k * stride]);
+        if (radius <= best) continue;
+        best = radius;
+        where = k * stride;
     }
     // The maximum is flat: a few fine points around it settle it.
     best = 0.0;

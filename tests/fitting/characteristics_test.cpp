@@ -243,6 +243,7 @@ TEST(Characteristics, RealBladesHaveACamberLine) {
             largest = std::max(largest, -outline.distance(circle.centre));
         EXPECT_NEAR(-outline.distance(thickest.circle.centre), thickest.circle.radius, texture) << outline.name;
         EXPECT_LT(largest, thickest.circle.radius + texture) << outline.name;
+        EXPECT_NEAR(fit->max_thickness_mm, 2.0 * thickest.circle.radius, texture) << outline.name;
         const auto chord = measure_chord(section, ChordMethod::nose_tail);
         const auto longest = measure_chord(section, ChordMethod::largest);
         ASSERT_TRUE(chord && longest) << outline.name;
