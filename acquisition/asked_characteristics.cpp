@@ -9,6 +9,7 @@
 #include "acquisition/evaluation.hpp"
 #include "core/text.hpp"
 #include "fitting/area_measures.hpp"
+#include "fitting/chord.hpp"
 
 namespace cmm::acquisition {
 namespace {

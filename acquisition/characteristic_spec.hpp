@@ -10,7 +10,7 @@
 
 #include "acquisition/section_result.hpp"
 #include "core/config.hpp"
-#include "fitting/chord.hpp"
+#include "fitting/chord_method.hpp"
 #include "fitting/thickness_measures.hpp"
 
 namespace cmm::acquisition {

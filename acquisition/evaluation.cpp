@@ -9,6 +9,7 @@
 #include "acquisition/asked_characteristics.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "fitting/chord.hpp"
 #include "fitting/statistics.hpp"
 
 namespace cmm::acquisition {

@@ -19,13 +19,6 @@ tl::unexpected<core::Error> no_chord(const std::string& why) {
     return core::fail(core::ErrorCode::fit_not_evaluable, why);
 }
 
-std::string lower(std::string_view text) {
-    std::string out(text);
-    std::transform(out.begin(), out.end(), out.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    return out;
-}
-
 /// The line that touches the pressure side at both ends.
 struct Bitangent {
     ContourPlace at_le, at_te;
@@ -142,31 +135,6 @@ Measure largest(const ContourGeometry& contour) {
 }
 
 }  // namespace
-
-std::optional<ChordMethod> chord_method_from(std::string_view keyword) {
-    static constexpr std::array<std::pair<std::string_view, ChordMethod>, 10> names{
-        {{"nosetail", ChordMethod::nose_tail},
-         {"caliper", ChordMethod::caliper},
-         {"tangent", ChordMethod::caliper},
-         {"belac", ChordMethod::belac},
-         {"xaxis", ChordMethod::x_axis},
-         {"axial", ChordMethod::x_axis},
-         {"radcenter", ChordMethod::rad_center},
-         {"mincircle", ChordMethod::min_circle},
-         {"maxdist", ChordMethod::largest},
-         {"largest", ChordMethod::largest}}};
-    const std::string wanted = lower(keyword);
-    for (const auto& [name, method] : names)
-        if (name == wanted) return method;
-    return {};
-}
-
-std::optional<StaggerMethod> stagger_method_from(std::string_view keyword) {
-    const std::string wanted = lower(keyword);
-    if (wanted == "nosetail") return StaggerMethod::nose_tail;
-    if (wanted == "caliper" || wanted == "tangent") return StaggerMethod::caliper;
-    return {};
-}
 
 core::Result<Measure> measure_chord(MeasuredSection& section, ChordMethod method, double direction_rad) {
     switch (method) {
