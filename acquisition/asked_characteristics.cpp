@@ -123,8 +123,7 @@ const core::Result<fitting::BestFit>& AskedCharacteristics::best_fit() {
 }
 
 core::Result<double> AskedCharacteristics::nominal_of(const CharacteristicSpec& spec) {
-    if (spec.nominal) return *spec.nominal;
-    if (needs_best_fit(spec.kind)) return 0.0;
+    if (const auto known = nominal_without_section(spec)) return *known;
     if (nominal_ == nullptr) return refuse("no nominal is given, and there is no nominal section");
     if (spec.kind == Kind::le_radius) return nominal_->le_radius_mm();
     if (spec.kind == Kind::te_radius) return nominal_->te_radius_mm();
@@ -159,6 +158,19 @@ Characteristic AskedCharacteristics::by_best_fit(const CharacteristicSpec& spec)
     return c;
 }
 
+std::optional<double> nominal_without_section(const CharacteristicSpec& spec) {
+    if (is_profile_form(spec.kind)) return std::nullopt;
+    return needs_best_fit(spec.kind) ? spec.nominal.value_or(0.0) : spec.nominal;
+}
+
+void set_limits(const CharacteristicSpec& spec, Characteristic& c) {
+    c.required = spec.has_tolerance();
+    if (!c.nominal && !is_profile_form(spec.kind)) return;
+    const double from = c.nominal.value_or(0.0);
+    if (spec.above) c.upper = from + *spec.above;
+    if (spec.below) c.lower = from + *spec.below;
+}
+
 /// Nominal, limits and decision.
 void AskedCharacteristics::require(const CharacteristicSpec& spec, Characteristic& c) {
     if (!is_profile_form(spec.kind)) {
@@ -173,11 +185,8 @@ void AskedCharacteristics::require(const CharacteristicSpec& spec, Characteristi
             c.decision = Decision::not_evaluable;
         }
     }
-    if (!spec.has_tolerance()) return;
-    const double from = is_profile_form(spec.kind) ? 0.0 : c.nominal.value_or(0.0);
-    if (spec.above) c.upper = from + *spec.above;
-    if (spec.below) c.lower = from + *spec.below;
-    if (c.value) c.decision = decide(*c.value, *c.u95, c.lower, c.upper);
+    set_limits(spec, c);
+    if (c.value && c.has_limits()) c.decision = decide(*c.value, *c.u95, c.lower, c.upper);
 }
 
 Characteristic AskedCharacteristics::make(const CharacteristicSpec& spec, const SectionResult& known) {

@@ -44,6 +44,11 @@ class AskedCharacteristics {
     std::optional<fitting::MeasuredSection> nominal_section_;
 };
 
+/// That of the part file, and 0 of displacement and twist; of others none: it is that of the nominal section.
+std::optional<double> nominal_without_section(const CharacteristicSpec& spec);
+/// The requirement of `spec` and, where the nominal is known (of a zone it is 0), its limits.
+void set_limits(const CharacteristicSpec& spec, Characteristic& c);
+
 /// A nominal as a section that was measured without error, with 1 200 points.
 fitting::SectionFit section_of_nominal(const fitting::NominalSection& nominal);
 

@@ -45,13 +45,6 @@ const Row& row_of(Kind kind) {
     return rows[static_cast<std::size_t>(kind)];
 }
 
-std::string lower(std::string_view text) {
-    std::string out(text);
-    std::transform(out.begin(), out.end(), out.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    return out;
-}
-
 /// 2.5 for 2.500.
 std::string short_number(double value) {
     std::string text = core::fixed(value, 3);
@@ -120,11 +113,13 @@ void read_method(const ConfigTable& table, CharacteristicSpec& spec) {
                 unknown("NOSETAIL, CALIPER");
             return;
         case Kind::max_thickness:
-            if (lower(method) != "max_inscribed" && lower(method) != "inscribed") unknown("MAX_INSCRIBED");
+            if (core::in_small_letters(method) != "max_inscribed" && core::in_small_letters(method) != "inscribed")
+                unknown("MAX_INSCRIBED");
             return;
         case Kind::max_thickness_position:
-            if (lower(method) != "chord" && lower(method) != "camber") unknown("CHORD, CAMBER");
-            if (lower(method) == "camber") spec.position = fitting::PositionMethod::on_camber;
+            if (core::in_small_letters(method) != "chord" && core::in_small_letters(method) != "camber")
+                unknown("CHORD, CAMBER");
+            if (core::in_small_letters(method) == "camber") spec.position = fitting::PositionMethod::on_camber;
             return;
         default:
             table.complain("method", "is not to be chosen for " + std::string(to_string(spec.kind)));
@@ -148,7 +143,7 @@ void read_places(const ConfigTable& table, CharacteristicSpec& spec) {
 
 std::string default_label(const ConfigTable& table, const CharacteristicSpec& spec) {
     std::string label(to_string(spec.kind));
-    const std::string method = lower(table.text("method", ""));
+    const std::string method = core::in_small_letters(table.text("method", ""));
     const bool usual = method.empty() || method == "nosetail" || method == "max_inscribed" || method == "inscribed";
     if (!usual) label += "_" + method;
     if (spec.distance_mm > 0.0) label += "_" + short_number(spec.distance_mm);
@@ -168,7 +163,7 @@ std::string_view to_string(CharacteristicKind kind) noexcept {
 }
 
 std::optional<CharacteristicKind> characteristic_kind_from(std::string_view name) {
-    const std::string wanted = lower(name);
+    const std::string wanted = core::in_small_letters(name);
     for (const Row& row : rows)
         if (row.name == wanted || (!row.keyword.empty() && row.keyword == wanted)) return row.kind;
     return std::nullopt;

@@ -2,7 +2,6 @@
 #include "acquisition/delimited_file.hpp"
 
 #include <algorithm>
-#include <cctype>
 
 #include "core/text.hpp"
 
@@ -10,13 +9,6 @@ namespace cmm::acquisition {
 namespace {
 
 using core::ErrorCode;
-
-std::string in_small_letters(std::string_view text) {
-    std::string out(text);
-    std::transform(out.begin(), out.end(), out.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return out;
-}
 
 std::string_view unquoted(std::string_view text) {
     if (text.size() >= 2 && text.front() == text.back() && (text.front() == '"' || text.front() == '\'')) {
@@ -28,7 +20,7 @@ std::string_view unquoted(std::string_view text) {
 /// "X [mm]", "x(mm)", "X mm" and "x_mm" are one name.
 std::string header_name(std::string_view text) {
     std::string name;
-    for (const char c : in_small_letters(unquoted(text))) {
+    for (const char c : core::in_small_letters(unquoted(text))) {
         if (c == ']' || c == ')') continue;
         const bool gap = c == ' ' || c == '[' || c == '(' || c == '_';
         if (!gap) {
@@ -59,7 +51,7 @@ std::vector<DelimitedCell> cells_of(std::string_view line, char separator) {
 }
 
 bool is_word_for_no_number(std::string_view text) {
-    std::string word = in_small_letters(text);
+    std::string word = core::in_small_letters(text);
     if (!word.empty() && (word.front() == '-' || word.front() == '+')) word.erase(0, 1);
     return word == "nan" || word == "inf" || word == "infinity";
 }

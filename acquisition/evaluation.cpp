@@ -236,6 +236,15 @@ class FormProfiles {
     fitting::FilteredZones filtered_;
 };
 
+void replace_or_add(Characteristic c, SectionResult& section) {
+    auto& all = section.characteristics;
+    const auto same = std::find_if(all.begin(), all.end(), [&](const auto& known) { return known.name == c.name; });
+    if (same == all.end())
+        all.push_back(std::move(c));
+    else
+        *same = std::move(c);
+}
+
 void add_asked(SectionResult& section, fitting::MeasuredSection& measured, const ReferenceContour* nominal,
                const fitting::NominalSection* curve, const EvaluationOptions& options) {
     FormProfiles forms(section, nominal, options);
@@ -243,13 +252,7 @@ void add_asked(SectionResult& section, fitting::MeasuredSection& measured, const
     AskedCharacteristics asked(measured, section.deviation_mm, nominal != nullptr ? curve : nullptr, form);
     for (const auto& spec : options.asked) {
         if (!spec.is_of(section.index)) continue;
-        Characteristic c = asked.make(spec, section);
-        const auto same = std::find_if(section.characteristics.begin(), section.characteristics.end(),
-                                       [&](const Characteristic& known) { return known.name == c.name; });
-        if (same != section.characteristics.end())
-            *same = std::move(c);
-        else
-            section.characteristics.push_back(std::move(c));
+        replace_or_add(asked.make(spec, section), section);
     }
 }
 
@@ -259,16 +262,9 @@ void add_asked_not_evaluable(SectionResult& section, const EvaluationOptions& op
         if (!spec.is_of(section.index)) continue;
         auto c = not_evaluable(spec.label, std::string(to_string(spec.kind)), {}, section.why);
         c.unit = unit_of(spec.kind);
-        c.nominal = is_profile_form(spec.kind) ? std::nullopt : spec.nominal;
-        const double from = spec.nominal.value_or(0.0);
-        if (spec.above) c.upper = from + *spec.above;
-        if (spec.below) c.lower = from + *spec.below;
-        auto& all = section.characteristics;
-        const auto same = std::find_if(all.begin(), all.end(), [&](const auto& known) { return known.name == c.name; });
-        if (same != all.end())
-            *same = std::move(c);
-        else
-            all.push_back(std::move(c));
+        c.nominal = nominal_without_section(spec);
+        set_limits(spec, c);
+        replace_or_add(std::move(c), section);
     }
 }
 
@@ -302,8 +298,8 @@ void take_fit(SectionResult& section, core::Result<fitting::SectionFit> fit) {
 
 }  // namespace
 
-double guard_band_mm(double u95_mm) {
-    return guard_share * u95_mm;
+double guard_band(double u95) {
+    return guard_share * u95;
 }
 
 std::string offset_error_note(double error, Unit unit) {
@@ -318,7 +314,7 @@ Decision decide(double value, double u95, double limit) {
 
 Decision decide(double value, double u95, std::optional<double> lower, std::optional<double> upper) {
     if (!lower && !upper) return Decision::reported;
-    const double g = guard_band_mm(u95);
+    const double g = guard_band(u95);
     if ((upper && value - g > *upper) || (lower && value + g < *lower)) return Decision::reject;
     const bool inside = (!upper || value + g <= *upper) && (!lower || value - g >= *lower);
     return inside ? Decision::accept : Decision::undecided;

@@ -28,7 +28,7 @@ struct EvaluationOptions {
 Decision decide(double value, double u95, double limit);
 /// The same with a limit on either side; none: open on that side. Without limits: reported.
 Decision decide(double value, double u95, std::optional<double> lower, std::optional<double> upper);
-double guard_band_mm(double u95_mm);
+double guard_band(double u95);
 
 /// "U95 includes 3 um of 2-D offset error"; empty where there is none.
 std::string offset_error_note(double error, Unit unit);

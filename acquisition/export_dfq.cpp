@@ -63,7 +63,7 @@ void describe(DfqText& text, const Entry& entry, std::size_t number) {
     text.field("K2004", "0", number);
     text.field("K2022", std::to_string(decimals), number);
     text.number("K2101", one.nominal, number);
-    const bool from_zero = one.name.starts_with("profile_");
+    const bool from_zero = one.name.starts_with("profile_") && !one.lower;
     text.number("K2110", from_zero ? 0.0 : one.lower, number);
     text.number("K2111", one.upper, number);
     if (from_zero) text.field("K2120", "1", number);  // a natural limit: no zone is narrower than none

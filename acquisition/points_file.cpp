@@ -28,10 +28,7 @@ std::string stem(const std::string& path) {
 }
 
 std::string extension(const std::string& path) {
-    std::string text = std::filesystem::path(path).extension().string();
-    std::transform(text.begin(), text.end(), text.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return text;
+    return core::in_small_letters(std::filesystem::path(path).extension().string());
 }
 
 /// The number that starts `text`, as in "300.0 of engine-blade.ply".

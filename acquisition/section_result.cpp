@@ -76,7 +76,7 @@ std::string reason(const SectionResult& section) {
     for (const auto& c : section.characteristics) {
         if (c.decision == Decision::reject) {
             rejected.push_back(&c);
-        } else if (c.has_limits() && c.decision != Decision::accept && c.decision != Decision::reported) {
+        } else if (c.has_requirement() && c.decision != Decision::accept && c.decision != Decision::reported) {
             open.push_back(&c);
         }
     }
@@ -163,7 +163,7 @@ Decision SectionResult::decision() const {
     Decision worst = closed() ? Decision::reported : Decision::undecided;
     for (const auto& c : characteristics) {
         if (c.decision == Decision::reject) return Decision::reject;
-        const bool open_requirement = c.decision == Decision::not_evaluable && c.has_limits();
+        const bool open_requirement = c.decision == Decision::not_evaluable && c.has_requirement();
         if (c.decision == Decision::undecided || open_requirement) worst = Decision::undecided;
         if (c.decision == Decision::accept && worst == Decision::reported) worst = Decision::accept;
     }
@@ -183,7 +183,7 @@ Decision PartResult::verdict() const {
 bool PartResult::has_requirements() const {
     for (const auto& section : sections) {
         for (const auto& c : section.characteristics) {
-            if (c.has_limits()) return true;
+            if (c.has_requirement()) return true;
         }
     }
     return false;

@@ -35,8 +35,10 @@ struct Characteristic {
     Unit unit = Unit::mm;
     std::optional<double> nominal = {};  ///< none: not said, or there is none (profiles)
     std::optional<double> lower = {};    ///< smallest value that conforms
+    bool required = false;  ///< a tolerance was asked for, also where its limits are not known for want of a nominal
 
     bool has_limits() const { return upper || lower; }
+    bool has_requirement() const { return required || has_limits(); }
 };
 /// A number of a characteristic that is a length; none of one that is not.
 inline std::optional<double> in_mm(const Characteristic& c, std::optional<double> number) {
@@ -104,7 +106,7 @@ struct PartResult {
     /// reject before undecided before accept. A part without requirements is accepted when all of it was measured:
     /// "done".
     Decision verdict() const;
-    /// Whether any characteristic carries a limit.
+    /// Whether any characteristic carries a requirement.
     bool has_requirements() const;
 };
 

@@ -21,6 +21,8 @@ std::string fixed(double value, int digits);
 std::string length_text(double mm);
 
 std::string_view trim(std::string_view text) noexcept;
+/// A to Z as a to z; every other byte as it is, whatever the locale.
+std::string in_small_letters(std::string_view text);
 /// Splits at `separator` (',' ';' '\t') or, for ' ', at runs of white space. Fields are trimmed.
 std::vector<std::string_view> split(std::string_view line, char separator);
 /// The candidate nearest to `word` by edit distance (at most a third of its length), for "did you mean ...?".

@@ -1,22 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fitting/chord_method.hpp"
 
-#include <algorithm>
 #include <array>
 #include <string>
 #include <utility>
 
+#include "core/text.hpp"
+
 namespace cmm::fitting {
-namespace {
-
-std::string in_small_letters(std::string_view text) {
-    std::string out(text);
-    std::transform(out.begin(), out.end(), out.begin(),
-                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
-    return out;
-}
-
-}  // namespace
 
 std::optional<ChordMethod> chord_method_from(std::string_view keyword) {
     static constexpr std::array<std::pair<std::string_view, ChordMethod>, 10> names{
@@ -30,14 +21,14 @@ std::optional<ChordMethod> chord_method_from(std::string_view keyword) {
          {"mincircle", ChordMethod::min_circle},
          {"maxdist", ChordMethod::largest},
          {"largest", ChordMethod::largest}}};
-    const std::string wanted = in_small_letters(keyword);
+    const std::string wanted = core::in_small_letters(keyword);
     for (const auto& [name, method] : names)
         if (name == wanted) return method;
     return {};
 }
 
 std::optional<StaggerMethod> stagger_method_from(std::string_view keyword) {
-    const std::string wanted = in_small_letters(keyword);
+    const std::string wanted = core::in_small_letters(keyword);
     if (wanted == "nosetail") return StaggerMethod::nose_tail;
     if (wanted == "caliper" || wanted == "tangent") return StaggerMethod::caliper;
     return {};

@@ -22,13 +22,6 @@ std::string capitals(std::string_view text) {
     return upper;
 }
 
-std::string small_letters(std::string_view text) {
-    std::string lower(text);
-    std::transform(lower.begin(), lower.end(), lower.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    return lower;
-}
-
 /// The first word, taken off the front of `rest`.
 std::string_view take_word(std::string_view& rest) {
     rest = core::trim(rest);
@@ -142,7 +135,7 @@ std::optional<Report> read_report(std::string_view text) {
 }
 
 core::Error error_of_text(std::string_view text) {
-    const std::string lower = small_letters(text);
+    const std::string lower = core::in_small_letters(text);
     core::Error error{core::ErrorCode::machine_fault, "LinuxCNC says: " + std::string(text), {}, core::Motion::unknown};
     const auto* const found = std::find_if(meanings.begin(), meanings.end(), [&](const Meaning& meaning) {
         return lower.find(meaning.words) != std::string::npos;

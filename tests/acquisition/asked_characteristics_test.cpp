@@ -259,6 +259,34 @@ distance_mm = 500
     EXPECT_NE(open.find("chord")->note.find("open"), std::string::npos);
 }
 
+TEST(AskedCharacteristics, LimitsAreNotMadeUpWhereTheNominalIsNotKnown) {
+    EvaluationOptions options;
+    options.asked = asked(R"(
+[[characteristic]]
+name = "chord"
+tolerance_mm = 0.1
+[[characteristic]]
+name = "stagger"
+nominal_deg = 24.0
+tolerance_deg = 0.2
+[[characteristic]]
+name = "twist"
+tolerance_deg = 0.1
+)");
+    const auto open = evaluate_section({}, core::fail(core::ErrorCode::fit_not_evaluable, "open"), nullptr, options);
+    const auto without = judged(options.asked, 0.0, 0.0, {0, 0}, false);
+    for (const auto* section : {&open, &without}) {
+        const auto* chord = section->find("chord");
+        EXPECT_EQ(chord->decision, Decision::not_evaluable);
+        EXPECT_FALSE(chord->nominal || chord->has_limits()) << "there is no nominal to measure limits from";
+        EXPECT_TRUE(chord->has_requirement());
+        EXPECT_NEAR(*section->find("stagger")->upper, rad_from_deg(24.2), 1e-12);
+        EXPECT_NEAR(*section->find("twist")->upper, rad_from_deg(0.1), 1e-12);
+    }
+    EXPECT_EQ(open.find("stagger")->decision, Decision::not_evaluable);
+    EXPECT_EQ(open.decision(), Decision::undecided);
+}
+
 TEST(AskedCharacteristics, AreInEveryOutput) {
     PartResult part;
     part.part_name = "p";

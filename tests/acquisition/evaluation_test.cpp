@@ -40,7 +40,7 @@ SectionResult judged(const Deviation& deviation, const EvaluationOptions& option
 }
 
 TEST(Decision, HasThreeStatesWithAGuardBand) {
-    EXPECT_NEAR(guard_band_mm(0.010), 0.00825, 1e-12);
+    EXPECT_NEAR(guard_band(0.010), 0.00825, 1e-12);
     EXPECT_EQ(decide(0.0917, 0.010, 0.100), Decision::accept);
     EXPECT_EQ(decide(0.0918, 0.010, 0.100), Decision::undecided);
     EXPECT_EQ(decide(0.1082, 0.010, 0.100), Decision::undecided);

@@ -2,7 +2,6 @@
 #include "acquisition/exports.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -232,9 +231,8 @@ TEST(Summary, EndsWithTheVerdictAndItsReasons) {
 }
 
 TEST(WriteOutputs, MakesTheFilesOfTheContract) {
-    std::string pattern = (fs::temp_directory_path() / "cmm-outputs-XXXXXX").string();
-    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-    const auto dir = pattern + "/a/b";
+    const TempFolder folder;
+    const auto dir = folder.path("a/b");
     ASSERT_TRUE(write_outputs(part_of({section_at(0, 0.0), open_section(1)}), dir));
     for (const auto* name : {"sections.csv", "rejected.csv", "section-0.csv", "result.json", "report.html"}) {
         EXPECT_TRUE(fs::exists(dir + "/" + name)) << name;
@@ -243,7 +241,6 @@ TEST(WriteOutputs, MakesTheFilesOfTheContract) {
     const auto refused = write_outputs(part_of({}), dir + "/result.json/sub");
     ASSERT_FALSE(refused);
     EXPECT_EQ(refused.error().code, core::ErrorCode::journal_io);
-    fs::remove_all(pattern);
 }
 
 }  // namespace

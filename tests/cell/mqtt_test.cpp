@@ -58,7 +58,9 @@ TEST(MqttPublisher, WithoutABrokerNothingWaits) {
     options.port = 1;  // nobody listens there
     options.prefix = "test";
     const auto started = MqttPublisher::start(options, [](const std::string&) {});
-    if (!started) GTEST_SKIP() << started.error().text();
+    if (!started && started.error().message.find("speaks no MQTT") != std::string::npos)
+        GTEST_SKIP() << started.error().text();
+    ASSERT_TRUE(started) << started.error().text();
     const auto begun = std::chrono::steady_clock::now();
     for (int i = 0; i < 1000; ++i) {
         (*started)->publish("decision", std::to_string(i), false);

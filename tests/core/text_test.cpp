@@ -34,6 +34,11 @@ TEST(Text, SplitTrimsFields) {
     EXPECT_EQ(split("", ',').size(), 1U);
 }
 
+TEST(Text, SmallLettersAreThoseOfAsciiAlone) {
+    EXPECT_EQ(in_small_letters("MAX_Inscribed-9"), "max_inscribed-9");
+    EXPECT_EQ(in_small_letters("\xc3\x84Z"), "\xc3\x84z") << "bytes of other alphabets stay";
+}
+
 TEST(Text, SuggestsTheNearestWordOnly) {
     constexpr std::array<std::string_view, 3> words{"pitch_mm", "edge_density", "max_speed_mm_s"};
     EXPECT_EQ(nearest_word("pich_mm", words), "pitch_mm");
