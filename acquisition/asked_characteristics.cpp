@@ -73,8 +73,9 @@ fitting::SectionFit section_of_nominal(const fitting::NominalSection& nominal) {
 
 AskedCharacteristics::AskedCharacteristics(fitting::MeasuredSection& section,
                                            std::span<const std::optional<double>> deviation_mm,
-                                           const fitting::NominalSection* nominal, FormProfile form)
-    : section_(section), deviation_mm_(deviation_mm), nominal_(nominal), form_(std::move(form)) {}
+                                           const fitting::NominalSection* nominal, FormProfile form,
+                                           const DecisionRule& rule)
+    : section_(section), deviation_mm_(deviation_mm), nominal_(nominal), form_(std::move(form)), rule_(rule) {}
 
 core::Result<Measure> AskedCharacteristics::measure(const CharacteristicSpec& spec, fitting::MeasuredSection& section) {
     switch (spec.kind) {
@@ -186,7 +187,7 @@ void AskedCharacteristics::require(const CharacteristicSpec& spec, Characteristi
         }
     }
     set_limits(spec, c);
-    if (c.value && c.has_limits()) c.decision = decide(*c.value, *c.u95, c.lower, c.upper);
+    decide(c, rule_);
 }
 
 Characteristic AskedCharacteristics::make(const CharacteristicSpec& spec, const SectionResult& known) {

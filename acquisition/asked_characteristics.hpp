@@ -7,6 +7,7 @@
 #include <string>
 
 #include "acquisition/characteristic_spec.hpp"
+#include "acquisition/decision_rule.hpp"
 #include "acquisition/section_result.hpp"
 #include "fitting/best_fit.hpp"
 #include "fitting/measured_section.hpp"
@@ -23,7 +24,7 @@ class AskedCharacteristics {
     /// called with a nominal. `deviation_mm`: as of the result, empty without a nominal.
     using FormProfile = std::function<Characteristic(CharacteristicKind, const fitting::BestFit&)>;
     AskedCharacteristics(fitting::MeasuredSection& section, std::span<const std::optional<double>> deviation_mm,
-                         const fitting::NominalSection* nominal, FormProfile form);
+                         const fitting::NominalSection* nominal, FormProfile form, const DecisionRule& rule);
 
     /// `known`: what is judged in any case; a radius is taken from there.
     Characteristic make(const CharacteristicSpec& spec, const SectionResult& known);
@@ -39,6 +40,7 @@ class AskedCharacteristics {
     std::span<const std::optional<double>> deviation_mm_;
     const fitting::NominalSection* nominal_;
     FormProfile form_;
+    DecisionRule rule_;
     std::optional<core::Result<fitting::BestFit>> best_fit_;
     std::optional<fitting::SectionFit> nominal_fit_;
     std::optional<fitting::MeasuredSection> nominal_section_;

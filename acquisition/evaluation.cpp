@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "acquisition/asked_characteristics.hpp"
@@ -19,8 +20,6 @@ using Eigen::Vector2d;
 using fitting::ContourPoint;
 using fitting::Zone;
 
-constexpr double guard_share = 1.65 / 2.0;  // ISO 14253-1:2017: 95 % one-sided of a normal distribution over k = 2
-
 struct ProfileZone {
     Zone zone;
     const char* name;
@@ -30,6 +29,7 @@ constexpr std::array profile_zones{
     ProfileZone{Zone::le, "profile_le", true}, ProfileZone{Zone::suction, "profile_suction", false},
     ProfileZone{Zone::te, "profile_te", true}, ProfileZone{Zone::pressure, "profile_pressure", false}};
 
+constexpr double places_of_a_point = 3.0;
 constexpr double shown_share = 0.0005;  // of a zone that is not evaluable: below 0.1 % nothing is said
 constexpr const char* not_reached = "not evaluable there: the ball does not reach";
 constexpr const char* profile_method = "line profile ISO 1101, 2 max|d|, nominal frame";
@@ -50,15 +50,39 @@ std::optional<double> limit_of(const ProfileZone& zone, const EvaluationOptions&
     return zone.edge ? options.edge_profile_mm : options.profile_mm;
 }
 
-/// Of a deviation that is the largest of a zone: found among as many places as there are independent values of the
-/// noise, about one for three points, in each of four zones. The offset error is there for certain, so the guard band
-/// has to hold all of it.
+/// Half the 95 % interval of a deviation that is the largest of a zone: found among as many places as there are
+/// independent values of the noise, about one for three points, in each of four zones.
 double u95_of_worst(const ContourPoint& worst, const SectionResult& section) {
     constexpr double points_of_a_value = 12.0;
     const auto used = static_cast<double>(section.points.size() - section.rejected());
     const double k = std::max(2.0, fitting::coverage_95_of_largest(std::max(1.0, used / points_of_a_value)));
-    return 0.5 * k * (worst.u95_mm - worst.offset_error_mm) + worst.offset_error_mm / guard_share;
+    return 0.5 * k * (worst.u95_mm - worst.offset_error_mm) + worst.offset_error_mm;
 }
+
+/// What lies between the largest deviation of a zone and the largest that its places may have, and have for certain.
+/// All of them share the risk (Sidak 1967), three times as many as the zone has points: the largest of a smooth random
+/// curve is that of fewer independent values, and the rest is for the places beside an edge, where the curvature jumps
+/// and the curve is farther off than the noise says (docs/theory.md).
+class ZoneGuards {
+  public:
+    ZoneGuards(const DecisionRule& rule, double coverage, double points)
+        : coverage_(coverage),
+          deviate_(fitting::upper_deviate_of_largest(rule.risk_of_look(), std::max(1.0, points))) {}
+
+    void add(const ContourPoint& place, double deviation_mm) {
+        const double size = std::abs(deviation_mm), bound = place.offset_error_mm + place.bound_mm;
+        const double sigma = std::max(0.0, place.u95_mm - bound) / coverage_;
+        largest_ = std::max(largest_, size);
+        at_most_ = std::max(at_most_, size + deviate_ * sigma + bound);
+        at_least_ = std::max(at_least_, size - deviate_ * sigma - bound);
+    }
+    /// Of the width 2 max|d|.
+    GuardBands of_width() const { return {2.0 * (at_most_ - largest_), 2.0 * (largest_ - at_least_)}; }
+
+  private:
+    double coverage_, deviate_;
+    double largest_ = 0.0, at_most_ = 0.0, at_least_ = std::numeric_limits<double>::lowest();
+};
 
 std::string profile_method_of(const fitting::FilterSpec& filter) {
     static constexpr std::array<std::pair<fitting::FilterKind, const char*>, 3> names{
@@ -85,11 +109,17 @@ Characteristic profile(const ProfileZone& zone, const SectionResult& section, co
     std::optional<std::size_t> worst;
     std::size_t points = 0;
     std::size_t judged = 0;
+    const auto in_zone = std::count_if(contour.begin(), contour.end(),
+                                       [&](const ContourPoint& point) { return point.zone == zone.zone; });
+    const double used = static_cast<double>(section.points.size() - section.rejected());
+    ZoneGuards guards(options.rule, section.fit->contour_noise.coverage(),
+                      places_of_a_point * used * static_cast<double>(in_zone) / static_cast<double>(contour.size()));
     for (std::size_t i = 0; i < contour.size(); ++i) {
         if (contour[i].zone != zone.zone) continue;
         ++points;
         if (!deviation.values[i]) continue;
         ++judged;
+        guards.add(contour[i], *deviation.values[i]);
         if (!worst || std::abs(*deviation.values[i]) > std::abs(*deviation.values[*worst])) worst = i;
     }
     if (points == 0) return not_evaluable(zone.name, method, limit, "the contour has no such zone");
@@ -105,7 +135,10 @@ Characteristic profile(const ProfileZone& zone, const SectionResult& section, co
         c.note += "; " + note;
     if (const auto share = static_cast<double>(points - judged) / static_cast<double>(points); share > shown_share)
         c.note += "; " + core::fixed(100.0 * share, 1) + " % of it " + not_reached;
-    if (limit) c.decision = decide(*c.value, *c.u95, *limit);
+    const auto [accept, reject] = guards.of_width();
+    c.guard_accept = accept;
+    c.guard_reject = reject;
+    decide(c, options.rule);
     return c;
 }
 
@@ -135,9 +168,14 @@ std::string model_note(const fitting::EdgeFit& edge) {
     return note;
 }
 
-Characteristic edge_radius(const char* name, const fitting::EdgeFit& edge, double error) {
+Characteristic edge_radius(const char* name, const fitting::EdgeFit& edge, std::optional<fitting::EdgeModel> asked,
+                           double error) {
     const std::string method = radius_method_of(edge.model);
     if (!edge.valid) return not_evaluable(name, method, {}, edge.why.empty() ? "no circular edge" : edge.why);
+    if (asked && edge.model != *asked)
+        return not_evaluable(name, method, {},
+                             "the points do not tell the form that was asked for; they give " +
+                                 core::fixed(edge.radius_mm, 4) + " mm by another");
     return reported(name, method, edge.radius_mm, edge.radius_u95_mm + error,
                     "arc of " + core::fixed(core::deg_from_rad(edge.arc_angle_rad), 0) + " deg, rms " +
                         core::length_text(edge.rms_mm) + model_note(edge));
@@ -186,11 +224,13 @@ Characteristic size_of(const char* name, const fitting::Measure& measure, const 
                     offset_error_note(uncertainty.offset_error, Unit::mm));
 }
 
-void add_sizes(SectionResult& section, fitting::MeasuredSection& measured) {
+void add_sizes(SectionResult& section, fitting::MeasuredSection& measured, const EvaluationOptions& options) {
     const auto& fit = *section.fit;
     auto& out = section.characteristics;
-    out.push_back(edge_radius("le_radius", fit.le, nearest_to(fit.contour, fit.le_point_mm).offset_error_mm));
-    out.push_back(edge_radius("te_radius", fit.te, nearest_to(fit.contour, fit.te_point_mm).offset_error_mm));
+    out.push_back(
+        edge_radius("le_radius", fit.le, options.le_model, nearest_to(fit.contour, fit.le_point_mm).offset_error_mm));
+    out.push_back(
+        edge_radius("te_radius", fit.te, options.te_model, nearest_to(fit.contour, fit.te_point_mm).offset_error_mm));
     const auto chord = fitting::measure_chord(measured, fitting::ChordMethod::nose_tail);
     out.push_back(chord ? size_of("chord", *chord, measured) : plain_chord(fit, chord.error().message));
     const auto thickness = fitting::measure_max_thickness(measured);
@@ -204,6 +244,7 @@ class FormProfiles {
     FormProfiles(const SectionResult& section, const ReferenceContour* nominal, const EvaluationOptions& options)
         : section_(section), nominal_(nominal) {
         unlimited_.filters = options.filters;
+        unlimited_.rule = options.rule;
     }
 
     Characteristic of(CharacteristicKind kind, const fitting::BestFit& fit) {
@@ -249,7 +290,8 @@ void add_asked(SectionResult& section, fitting::MeasuredSection& measured, const
                const fitting::NominalSection* curve, const EvaluationOptions& options) {
     FormProfiles forms(section, nominal, options);
     const auto form = [&](CharacteristicKind kind, const fitting::BestFit& fit) { return forms.of(kind, fit); };
-    AskedCharacteristics asked(measured, section.deviation_mm, nominal != nullptr ? curve : nullptr, form);
+    AskedCharacteristics asked(measured, section.deviation_mm, nominal != nullptr ? curve : nullptr, form,
+                               options.rule);
     for (const auto& spec : options.asked) {
         if (!spec.is_of(section.index)) continue;
         replace_or_add(asked.make(spec, section), section);
@@ -298,26 +340,20 @@ void take_fit(SectionResult& section, core::Result<fitting::SectionFit> fit) {
 
 }  // namespace
 
-double guard_band(double u95) {
-    return guard_share * u95;
-}
-
 std::string offset_error_note(double error, Unit unit) {
     if (!(error > 0.0)) return {};
     const std::string size = unit == Unit::mm ? core::length_text(error) : worded(error, unit);
     return "U95 includes " + size + " of 2-D offset error";
 }
 
-Decision decide(double value, double u95, double limit) {
-    return decide(value, u95, std::nullopt, limit);
-}
-
-Decision decide(double value, double u95, std::optional<double> lower, std::optional<double> upper) {
-    if (!lower && !upper) return Decision::reported;
-    const double g = guard_band(u95);
-    if ((upper && value - g > *upper) || (lower && value + g < *lower)) return Decision::reject;
-    const bool inside = (!upper || value + g <= *upper) && (!lower || value - g >= *lower);
-    return inside ? Decision::accept : Decision::undecided;
+void decide(Characteristic& c, const DecisionRule& rule) {
+    if (!c.has_limits() || !c.value || !c.u95) return;
+    if (!c.guard_accept || !c.guard_reject) {
+        const auto [accept, reject] = rule.guards(*c.u95);
+        c.guard_accept = accept;
+        c.guard_reject = reject;
+    }
+    c.decision = rule.decide(*c.value, {*c.guard_accept, *c.guard_reject}, c.lower, c.upper);
 }
 
 SectionResult evaluate_section(SectionResult section, core::Result<fitting::SectionFit> fit,
@@ -337,7 +373,7 @@ SectionResult evaluate_section(SectionResult section, core::Result<fitting::Sect
             section.characteristics.push_back(profile(zone, section, section.fit->contour, filtered, options));
     }
     fitting::MeasuredSection measured(*section.fit);
-    add_sizes(section, measured);
+    add_sizes(section, measured, options);
     add_asked(section, measured, nominal, curve, options);
     return section;
 }
@@ -349,7 +385,8 @@ void reject_by(const Exceedance& exceedance, SectionResult& section) {
                                  [&](const Characteristic& c) { return c.name == zone->name; });
     if (at == section.characteristics.end()) return;
     at->value = 2.0 * std::abs(exceedance.deviation_mm);
-    at->u95 = 2.0 * exceedance.guard_mm / guard_share;
+    at->u95 = 2.0 * exceedance.guard_mm;
+    at->guard_accept = at->guard_reject = at->u95;
     at->upper = exceedance.limit_mm;
     at->decision = Decision::reject;
     at->note = worst_note(exceedance.deviation_mm, exceedance.position_mm) + "; " +

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "acquisition/characteristic_spec.hpp"
+#include "acquisition/decision_rule.hpp"
 #include "acquisition/reference_contour.hpp"
 #include "acquisition/section_result.hpp"
 #include "acquisition/tolerance_watch.hpp"
@@ -21,14 +22,14 @@ struct EvaluationOptions {
     std::optional<double> edge_profile_mm;  ///< of LE and TE
     fitting::ZoneFilters filters;           ///< of the deviations that the profiles judge; by default none
     std::vector<CharacteristicSpec> asked;  ///< by the part file, beside what is always judged
+    /// Of the edges, as the fit was told; a radius of another form is none. Absent: the points chose.
+    std::optional<fitting::EdgeModel> le_model, te_model;
+    DecisionRule rule;
 };
 
-/// ISO 14253-1 with a 95 % one-sided guard band: accept when value + g <= limit, reject when value - g > limit,
-/// otherwise undecided; g = 1.65/2 of the expanded uncertainty.
-Decision decide(double value, double u95, double limit);
-/// The same with a limit on either side; none: open on that side. Without limits: reported.
-Decision decide(double value, double u95, std::optional<double> lower, std::optional<double> upper);
-double guard_band(double u95);
+/// Holds value and limits against each other by the rule; the guard bands are those of the characteristic, or of its
+/// u95 where it has none yet. Without limits or without a value nothing changes.
+void decide(Characteristic& characteristic, const DecisionRule& rule);
 
 /// "U95 includes 3 um of 2-D offset error"; empty where there is none.
 std::string offset_error_note(double error, Unit unit);
@@ -43,8 +44,8 @@ SectionResult evaluate_section(SectionResult section, core::Result<fitting::Sect
                                const ReferenceContour* nominal, const EvaluationOptions& options,
                                const fitting::NominalSection* curve = nullptr);
 
-/// Of a section that is not complete: what is out of tolerance all the same. Its uncertainty is such that the rule of
-/// `decide` says what the watch said.
+/// Of a section that is not complete: what is out of tolerance all the same. Its uncertainty and guard are those of the
+/// watch.
 void reject_by(const Exceedance& exceedance, SectionResult& section);
 
 }  // namespace cmm::acquisition

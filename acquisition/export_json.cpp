@@ -29,6 +29,8 @@ Json characteristic(const Characteristic& c) {
             {"nominal", number(c.nominal)},
             {"lower", number(c.lower)},
             {"upper", number(c.upper)},
+            {"guard_accept", number(c.guard_accept)},
+            {"guard_reject", number(c.guard_reject)},
             {"decision", to_string(c.decision)},
             {"method", c.method},
             {"note", c.note}};
@@ -108,8 +110,7 @@ std::string result_json(const PartResult& part) {
         {"schema_version", 1},
         {"verdict", verdict_word(part)},
         {"reasons", verdict_reasons(part)},
-        {"decision_rule",
-         "ISO 14253-1, guard band g = 1.65/2 U95: accept if value + g <= limit, reject if value - g > limit"},
+        {"decision_rule", part.decision_rule},
         {"part", {{"name", part.part_name}, {"serial", part.part_serial}, {"has_nominal", part.has_nominal}}},
         {"run",
          {{"id", part.run_id},

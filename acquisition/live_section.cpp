@@ -22,7 +22,20 @@ void LiveSection::take(const RecordedPoint& point) {
     length_mm_ += step_to(points_.size() - 1);
     count(point);
     follow(point);
-    watch_.see(curve_.point(fitting::LiveSpline::lag));
+    watch();
+}
+
+/// The place that later points hardly change any more, and the sample that was taken there.
+void LiveSection::watch() {
+    const auto place = curve_.point(fitting::LiveSpline::lag);
+    if (!place.valid || points_.size() <= fitting::LiveSpline::lag) return;
+    auto at = points_.end() - 1 - static_cast<std::ptrdiff_t>(fitting::LiveSpline::lag);
+    if (at->sequence != place.sequence) {
+        at = std::find_if(points_.begin(), points_.end(),
+                          [&](const RecordedPoint& point) { return point.sequence == place.sequence; });
+        if (at == points_.end()) return;
+    }
+    watch_.see(place, at->centre_mm.head<2>(), curve_.noise_mm());
 }
 
 void LiveSection::take_late(const RecordedPoint& point) {

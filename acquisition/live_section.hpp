@@ -65,6 +65,7 @@ class LiveSection {
   private:
     void take(const RecordedPoint& point);
     void take_late(const RecordedPoint& point);
+    void watch();
     void count(const RecordedPoint& point);
     fitting::LiveSpline::Taken follow(const RecordedPoint& point);
     double step_to(std::size_t index) const;

@@ -219,6 +219,10 @@ GateSpec read_gate(const ConfigTable& table) {
     const double edge = table.number("edge_profile_mm", 0.0, {1e-4, 100.0});
     if (table.has("profile_mm")) gate.profile_mm = profile;
     if (table.has("edge_profile_mm")) gate.edge_profile_mm = edge;
+    const auto method = decision_method_from(
+        table.word("decision_rule", "iso_14253_1", {"iso_14253_1", "simple", "stringent", "relaxed"}));
+    gate.rule.method = method.value_or(gate.rule.method);
+    gate.rule.risk = table.number("risk", gate.rule.risk, {1e-4, 0.25});
     return gate;
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "acquisition/characteristic_spec.hpp"
+#include "acquisition/decision_rule.hpp"
 #include "core/error.hpp"
 #include "fitting/edge_kind.hpp"
 #include "fitting/filter.hpp"
@@ -52,6 +53,7 @@ struct ScanSpec {
 struct GateSpec {
     std::optional<double> profile_mm, edge_profile_mm;  ///< full width of the zone; absent: reported, not judged
     std::vector<CharacteristicSpec> characteristics;    ///< asked for by [[characteristic]]
+    DecisionRule rule;
 };
 
 enum class CompensationMethod { surface, flat };

@@ -295,11 +295,9 @@ std::string methods(const PartResult& part) {
             rows += "<tr><td>" + std::string(term.title) + "</td><td>" + escape(c->method) + "</td></tr>\n";
         }
     }
-    return "<h2>Methods</h2>\n<div class=\"sheet methods\"><table><tbody>" + rows +
-           "<tr><td>Decision</td><td>ISO 14253-1 with the guard band g = 1.65/2 U95 (95 %, one-sided): accept when "
-           "value + g "
-           "\u2264 limit, reject when value \u2212 g &gt; limit, otherwise undecided; a lower limit the other way "
-           "round.</td></tr>\n"
+    return "<h2>Methods</h2>\n<div class=\"sheet methods\"><table><tbody>" + rows + "<tr><td>Decision</td><td>" +
+           escape(part.decision_rule) +
+           ". A lower limit the other way round.</td></tr>\n"
            "<tr><td>Uncertainty</td><td>U95 is expanded (k = 2) from the scatter of the points about the fit, with "
            "what the neighbouring sections took from the section and what is not known of the lean. Where the ball is "
            "compensated in 2-D, the error of that, r (1/cos lean \u2212 1) by the nominal\u2019s lean at each point, "

@@ -121,6 +121,7 @@ core::Result<PartResult> RunReview::result() {
     result.software_version = header.software_version;
     result.ball_radius_mm = header.ball_radius_mm;
     result.has_nominal = has_nominal();
+    result.decision_rule = part_.gate.rule.worded();
     const auto& sections = recorded_.all();
     result.complete = sections.size() == part_.scan.heights_mm.size() &&
                       std::all_of(sections.begin(), sections.end(), [](const auto& one) { return one.finished; });

@@ -60,6 +60,7 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
     outcome.result.software_version = request_.software_version;
     outcome.result.ball_radius_mm = request_.part.stylus.radius_mm;
     outcome.result.has_nominal = request_.nominal != nullptr;
+    outcome.result.decision_rule = request_.part.gate.rule.worded();
     outcome.result.complete = !outcome.error && outcome.result.sections.size() == plan_.paths.size();
     const std::string verdict(to_string(outcome.result.verdict()));
     if (journal_ && (outcome.result.complete || (!outcome.error && rejected()))) {

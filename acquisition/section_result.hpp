@@ -36,6 +36,8 @@ struct Characteristic {
     std::optional<double> nominal = {};  ///< none: not said, or there is none (profiles)
     std::optional<double> lower = {};    ///< smallest value that conforms
     bool required = false;  ///< a tolerance was asked for, also where its limits are not known for want of a nominal
+    /// What the decision rule keeps between value and limit to accept, and to reject (decision_rule.hpp).
+    std::optional<double> guard_accept = {}, guard_reject = {};
 
     bool has_limits() const { return upper || lower; }
     bool has_requirement() const { return required || has_limits(); }
@@ -100,7 +102,8 @@ struct PartResult {
     std::string software_version;  ///< "cmmlive 0.1.0"
     double ball_radius_mm = 0.0;
     bool has_nominal = false;
-    bool complete = true;  ///< false: the scan ended early; then the verdict cannot be accept
+    std::string decision_rule;  ///< in a sentence
+    bool complete = true;       ///< false: the scan ended early; then the verdict cannot be accept
     std::vector<SectionResult> sections;
 
     /// reject before undecided before accept. A part without requirements is accepted when all of it was measured:

@@ -55,6 +55,9 @@ SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit>
     evaluation.edge_profile_mm = setup.gate.edge_profile_mm;
     evaluation.filters = setup.fitting.filters;
     evaluation.asked = setup.gate.characteristics;
+    evaluation.le_model = setup.fitting.le_model;
+    evaluation.te_model = setup.fitting.te_model;
+    evaluation.rule = setup.gate.rule;
     const ReferenceContour* nominal = setup.nominal ? &setup.nominal->reference : nullptr;
     return evaluate_section(std::move(section), std::move(fit), nominal, evaluation,
                             setup.nominal ? &setup.nominal->section : nullptr);

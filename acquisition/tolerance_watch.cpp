@@ -61,7 +61,16 @@ std::optional<Exceedance> ToleranceWatch::look(const fitting::LiveSpline::Point&
     return excess_mm(found) > 0.0 ? std::optional(found) : std::nullopt;
 }
 
-void ToleranceWatch::see(const fitting::LiveSpline::Point& place) {
+/// Of the row: by their mean, whose noise is that of independent samples.
+bool ToleranceWatch::samples_are_out(double noise_mm) const {
+    double sum = 0.0;
+    for (const double excess : excess_mm_)
+        sum += excess;
+    const auto count = static_cast<double>(in_a_row);
+    return sum / count > coverage_ * noise_mm / std::sqrt(count);
+}
+
+void ToleranceWatch::see(const fitting::LiveSpline::Point& place, const Eigen::Vector2d& centre_mm, double noise_mm) {
     if (!setup_->nominal || !place.valid || place.sequence <= seen_) return;
     seen_ = place.sequence;
     const auto found = look(place);
@@ -73,7 +82,12 @@ void ToleranceWatch::see(const fitting::LiveSpline::Point& place) {
     if (outside != outside_) row_ = 0;
     outside_ = outside;
     last_[row_ % in_a_row] = *found;
-    if (++row_ < in_a_row) return;
+    // Seen along the place's normal, the sample lies as far from the nominal as the place and then beside the place.
+    const double beside_mm = (centre_mm - place.position).dot(place.normal);
+    const double off_mm = (outside ? 1.0 : -1.0) * (found->deviation_mm + beside_mm);
+    const double offset_error_mm = found->guard_mm - coverage_ * place.sigma_mm;
+    excess_mm_[row_ % in_a_row] = off_mm - offset_error_mm - 0.5 * found->limit_mm;
+    if (++row_ < in_a_row || !samples_are_out(noise_mm)) return;
     // Of a row that has just become long enough all count, of a longer one the newest.
     for (const auto& one : last_)
         if (!worst_ || excess_mm(one) > excess_mm(*worst_)) worst_ = one;

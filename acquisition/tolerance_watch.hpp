@@ -26,18 +26,21 @@ struct Exceedance {
 /// eleven neighbours in a row, all touched and none in doubt, lie on one side of the nominal beyond half the width of
 /// their profile zone, each by more than its guard. The guard holds for all looks at a section together: k sigma, k by
 /// Sidak (1967) so that of a part just within tolerance one in a thousand sections is called out at most (normal
-/// noise), and where there is too much material the error of the 2-D offset (A22). A bad point is no neighbour in the
-/// row, and runs of bad points are shorter than it. Near the border of an edge the wider limit counts, because the
-/// measured edge may end elsewhere than the nominal's; where one of the two carries no limit nothing is said. Nothing
-/// is said either of profiles that are filtered. Constant time a place; one owner.
+/// noise), and where there is too much material the error of the 2-D offset (A22). As at a jump of the curvature the
+/// smoothed places can be farther off than they say, all of them together, the mean of the eleven samples themselves
+/// has to lie out as well, by k of its own standard deviations. A bad point is no neighbour in the row, and runs of bad
+/// points are shorter than it. Near the border of an edge the wider limit counts, because the measured edge may end
+/// elsewhere than the nominal's; where one of the two carries no limit nothing is said. Nothing is said either of
+/// profiles that are filtered. Constant time a place; one owner.
 class ToleranceWatch {
   public:
     static constexpr std::size_t in_a_row = 11;
 
     /// `setup` outlives the watch. `expected` places are looked at (0: not known).
     ToleranceWatch(const SectionSetup& setup, std::size_t expected);
-    /// Places in the order of measurement; one that was seen already, or is not valid, changes nothing.
-    void see(const fitting::LiveSpline::Point& place);
+    /// Places in the order of measurement, each with the sample that was taken there; one that was seen already, or is
+    /// not valid, changes nothing. `noise_mm`: standard deviation of a sample.
+    void see(const fitting::LiveSpline::Point& place, const Eigen::Vector2d& centre_mm, double noise_mm);
     /// The farthest out of all that is certain.
     const std::optional<Exceedance>& exceedance() const { return worst_; }
 
@@ -45,6 +48,7 @@ class ToleranceWatch {
     std::optional<double> limit_at(double s_mm) const;
     std::optional<double> limit_of(fitting::Zone zone) const;
     std::optional<Exceedance> look(const fitting::LiveSpline::Point& place);
+    bool samples_are_out(double noise_mm) const;
 
     const SectionSetup* setup_;
     double coverage_;
@@ -53,6 +57,7 @@ class ToleranceWatch {
     std::size_t row_ = 0;
     bool outside_ = false;  // the row's side
     std::array<Exceedance, in_a_row> last_;
+    std::array<double, in_a_row> excess_mm_{};  // of the samples, over the limit and the offset's error
     std::optional<Exceedance> worst_;
 };
 

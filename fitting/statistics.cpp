@@ -25,6 +25,20 @@ std::pair<double, double> likely_bracket(std::span<const double> values, std::si
     return {sample[middle > margin ? middle - margin : 0], sample[std::min(middle + margin, sampled - 1)]};
 }
 
+/// The deviate that a standard normal number exceeds in magnitude with probability `tails` (below 1).
+double deviate_of_tails(double tails) {
+    double k = normal_975;
+    // Newton's method on the logarithm of the tails, which is nearly a parabola.
+    for (int step = 0; step < 20; ++step) {
+        const double here = std::erfc(k / std::numbers::sqrt2);
+        const double slope = -std::sqrt(2.0 / std::numbers::pi) * std::exp(-0.5 * k * k) / here;
+        const double move = std::log(tails / here) / slope;
+        k += move;
+        if (std::abs(move) < 1e-12) break;
+    }
+    return k;
+}
+
 }  // namespace
 
 double nth_smallest(std::span<double> values, std::size_t nth) {
@@ -75,18 +89,16 @@ double coverage_95(double freedom) {
     return std::sqrt(n * std::expm1(a * y * y));
 }
 
+double upper_deviate(double risk) {
+    return deviate_of_tails(2.0 * risk);
+}
+
+double upper_deviate_of_largest(double risk, double count) {
+    return deviate_of_tails(-2.0 * std::expm1(std::log1p(-risk) / count));
+}
+
 double coverage_95_of_largest(double count) {
-    const double tails = -std::expm1(std::log(0.95) / count);
-    double k = normal_975;
-    // Newton's method on the logarithm of the tails, which is nearly a parabola.
-    for (int step = 0; step < 20; ++step) {
-        const double here = std::erfc(k / std::numbers::sqrt2);
-        const double slope = -std::sqrt(2.0 / std::numbers::pi) * std::exp(-0.5 * k * k) / here;
-        const double move = std::log(tails / here) / slope;
-        k += move;
-        if (std::abs(move) < 1e-12) break;
-    }
-    return k;
+    return deviate_of_tails(-std::expm1(std::log(0.95) / count));
 }
 
 double chi_square_limit(double freedom, double z) {

@@ -24,6 +24,13 @@ double coverage_95(double freedom);
 /// 0.95 (Sidak 1967): 1.96 for one, 3.16 for 32.
 double coverage_95_of_largest(double count);
 
+/// The standard normal deviate that is exceeded with probability `risk` (below 0.5).
+double upper_deviate(double risk);
+
+/// What the largest of `count` (1 or more) independent standard normal numbers exceeds with probability `risk`
+/// (Sidak 1967).
+double upper_deviate_of_largest(double risk, double count);
+
 /// The value that a chi-square with `freedom` degrees of freedom exceeds with the probability of the standard normal
 /// deviate `z`: Wilson and Hilferty 1931, within 1 % at 0.1 % from 10 degrees of freedom on.
 double chi_square_limit(double freedom, double z);

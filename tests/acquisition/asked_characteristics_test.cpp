@@ -138,14 +138,6 @@ TEST(CharacteristicSpec, SaysWhatIsWrong) {
     EXPECT_NE(error_of(head + "name = \"chord\"\nsections=[0.5]\n").find("indices"), std::string::npos);
 }
 
-TEST(Decision, HasLimitsOnBothSides) {
-    EXPECT_EQ(decide(0.0, 0.01, -0.1, 0.1), Decision::accept);
-    EXPECT_EQ(decide(-0.0918, 0.01, -0.1, 0.1), Decision::undecided);
-    EXPECT_EQ(decide(-0.1083, 0.01, -0.1, 0.1), Decision::reject);
-    EXPECT_EQ(decide(5.0, 0.01, -0.1, std::nullopt), Decision::accept);
-    EXPECT_EQ(decide(5.0, 0.01, std::nullopt, std::nullopt), Decision::reported);
-}
-
 TEST(AskedCharacteristics, TakeTheirNominalFromTheNominalSection) {
     const auto specs = asked(R"(
 [[characteristic]]

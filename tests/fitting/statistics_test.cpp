@@ -40,6 +40,15 @@ TEST(Statistics, TheNthSmallestIsThatOfTheSortedValues) {
     }
 }
 
+/// Python: NormalDist().inv_cdf(1 - risk), and of (1 - risk)^(1/count).
+TEST(Statistics, UpperDeviatesAreThoseOfTheNormalDistribution) {
+    EXPECT_NEAR(upper_deviate(0.05), 1.6448536, 1e-7);
+    EXPECT_NEAR(upper_deviate(0.05 / 3.0), 2.1280452, 1e-7);
+    EXPECT_NEAR(upper_deviate(0.001), 3.0902323, 1e-7);
+    EXPECT_NEAR(upper_deviate_of_largest(0.05, 1.0), 1.6448536, 1e-7);
+    EXPECT_NEAR(upper_deviate_of_largest(0.05, 200.0), 3.4739445, 1e-6);
+}
+
 /// GUM (JCGM 100:2008), table G.2, 95 %.
 TEST(Statistics, StudentsTIsThatOfTheTable) {
     for (const auto& [freedom, t] : {std::pair{1.0, 12.71},

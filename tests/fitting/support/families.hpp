@@ -107,6 +107,7 @@ Blade make(Family family, std::uint64_t seed);
 
 struct ScanOptions {
     double ball_mm = 1.0;
+    std::vector<double> places = {};  ///< parameters on the outline to measure at, in order; instead of what follows
     std::size_t points = 600;
     double edge_share = 0.12;    ///< of the points, on each end
     double side_pitch_mm = 0.0;  ///< with edge_pitch_mm: spacing of the ball centres instead of counts

@@ -83,12 +83,15 @@ void start_at(std::vector<T>& values, std::size_t first, std::size_t again, bool
     if (backwards) std::reverse(values.begin(), values.end());
 }
 
-}  // namespace
-
-BladeScan scan(const Blade& blade, const ScanOptions& options) {
-    core::Rng rng = core::Rng::keyed(options.seed, 0x5CA9, 0);
-    BladeScan result;
-    std::vector<char> at_edge;
+/// Where to measure, and what of it is an edge.
+void place_points(const Blade& blade, const ScanOptions& options, core::Rng& rng, BladeScan& result,
+                  std::vector<char>& at_edge) {
+    if (!options.places.empty()) {
+        result.t = options.places;
+        for (const double t : result.t)
+            at_edge.push_back(Blade::part_of(t) == Part::le || Blade::part_of(t) == Part::te);
+        return;
+    }
     const auto count = counts(blade, options);
     for (std::size_t part = 0; part < 4; ++part) {
         std::vector<double> shares;
@@ -99,6 +102,15 @@ BladeScan scan(const Blade& blade, const ScanOptions& options) {
         for (const double t : blade.even_parameters(static_cast<Part>(part), options.ball_mm, shares))
             result.t.push_back(t);
     }
+}
+
+}  // namespace
+
+BladeScan scan(const Blade& blade, const ScanOptions& options) {
+    core::Rng rng = core::Rng::keyed(options.seed, 0x5CA9, 0);
+    BladeScan result;
+    std::vector<char> at_edge;
+    place_points(blade, options, rng, result, at_edge);
     const std::size_t n = result.t.size();
     result.bad.assign(n, 0.0);
     result.dirt.assign(n, 0.0);

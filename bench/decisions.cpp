@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+/// How often decisions are wrong of blades exactly at a limit: `cmmlive_decisions [blades] [bad share] [first blade]`.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "tests/acquisition/decision_trials.hpp"
+
+namespace {
+
+using cmm::acquisition::decisions::Rates;
+using cmm::acquisition::decisions::Table;
+
+void print(const std::string& name, const Rates& rates) {
+    using cmm::acquisition::decisions::binomial_interval;
+    const auto accept = binomial_interval(rates.accepted, rates.trials);
+    const auto reject = binomial_interval(rates.rejected, rates.trials);
+    const double n = static_cast<double>(std::max<std::size_t>(1, rates.trials));
+    std::printf("%-50s %6.2f [%5.2f %5.2f] %6.2f [%5.2f %5.2f] %6zu %5zu  %7.3f %7.3f %7.3f\n", name.c_str(),
+                100.0 * rates.accept_share(), 100.0 * accept.first, 100.0 * accept.second, 100.0 * rates.reject_share(),
+                100.0 * reject.first, 100.0 * reject.second, rates.trials, rates.refused, 1e3 * rates.error / n,
+                1e3 * std::sqrt(rates.squares / n), 1e3 * rates.guard / n);
+}
+
+}  // namespace
+
+int main(int count, char** arguments) {
+    using namespace cmm::acquisition;
+    const auto blades = static_cast<std::uint64_t>(count > 1 ? std::atoll(arguments[1]) : 10000);
+    const double bad_share = count > 2 ? std::atof(arguments[2]) : 0.0;
+    auto seed = static_cast<std::uint64_t>(count > 3 ? std::atoll(arguments[3]) : 1);
+    const auto& families = cmm::fitting::families::all_families;
+    const std::vector<double> sigmas_mm{1e-3, 2e-3, 5e-3};
+    const std::uint64_t cells = families.size() * sigmas_mm.size();
+    Table all;
+    // Each family and noise has a ninth of the blades, none twice.
+    for (std::uint64_t cell = 0; cell < cells; ++cell) {
+        decisions::Task task;
+        task.family = families[cell % families.size()];
+        task.sigmas_mm = {sigmas_mm[cell / families.size()]};
+        task.first_seed = seed;
+        task.blades = (blades + cells - 1 - cell) / cells;
+        task.bad_share = bad_share;
+        seed += task.blades;
+        const auto tables = decisions::run(task);
+        const std::string noise = std::to_string(std::lround(1e3 * task.sigmas_mm.front())) + " um";
+        for (const auto& [name, rates] : tables.front()) {
+            all[name].add(rates);
+            all[name + " [" + noise + "]"].add(rates);
+            all[name + " [" + noise + ", " + cmm::fitting::families::to_string(task.family) + "]"].add(rates);
+        }
+    }
+    std::printf(
+        "%% falsely accepted [95 %%], %% falsely rejected [95 %%], trials, refused; um or mrad: mean error, rms, "
+        "guard band\n");
+    for (const auto& [name, rates] : all)
+        print(name, rates);
+    return 0;
+}

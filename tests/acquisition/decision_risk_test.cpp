@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Decisions at a limit are wrong as seldom as they say; a small part of what bench/decisions.cpp measures.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/acquisition/decision_trials.hpp"
+
+namespace cmm::acquisition::decisions {
+namespace {
+
+constexpr double stated_risk = 0.05;
+
+/// The number is small: what the test asks for is that the share's 95 % interval does not lie above the stated risk. A
+/// place narrower than the fit follows is flattened by it (docs/measured.md): it is in the table, not promised here.
+void expect_within_risk(const Table& table) {
+    for (const auto& [name, rates] : table) {
+        if (name.find("narrow place") != std::string::npos) continue;
+        ASSERT_GT(rates.trials, 10U) << name;
+        EXPECT_LE(binomial_interval(rates.accepted, rates.trials).first, stated_risk) << name;
+        EXPECT_LE(binomial_interval(rates.rejected, rates.trials).first, stated_risk) << name;
+    }
+}
+
+TEST(DecisionRisk, BladesAtTheirLimitsAreSeldomMisjudged) {
+    Table all;
+    for (const auto family : fitting::families::all_families) {
+        Task task;
+        task.family = family;
+        task.first_seed = 20001;
+        task.blades = 12;
+        task.sigmas_mm = {2e-3};
+        const auto tables = run(task);
+        for (const auto& [name, rates] : tables.front())
+            all[name].add(rates);
+    }
+    expect_within_risk(all);
+    for (const auto& [name, rates] : all) {
+        if (name.starts_with("while measuring")) {
+            EXPECT_EQ(rates.rejected, 0U) << name;
+        }
+    }
+}
+
+/// Clopper and Pearson's interval of 10 of 100 (R: binom.test(10, 100)), and of none and all.
+TEST(DecisionRisk, SharesHaveTheirIntervals) {
+    const auto [low, high] = binomial_interval(10, 100);
+    EXPECT_NEAR(low, 0.04900469, 1e-7);
+    EXPECT_NEAR(high, 0.17622260, 1e-7);
+    EXPECT_EQ(binomial_interval(0, 50).first, 0.0);
+    EXPECT_NEAR(binomial_interval(0, 50).second, 1.0 - std::pow(0.025, 1.0 / 50.0), 1e-9);
+    EXPECT_EQ(binomial_interval(50, 50).second, 1.0);
+}
+
+}  // namespace
+}  // namespace cmm::acquisition::decisions

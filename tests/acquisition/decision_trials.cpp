@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/acquisition/decision_trials.hpp"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <vector>
+
+#include "acquisition/ball_path.hpp"
+#include "acquisition/evaluation.hpp"
+#include "acquisition/live_section.hpp"
+#include "acquisition/section_setup.hpp"
+#include "support/section_truth.hpp"
+
+namespace cmm::acquisition::decisions {
+namespace {
+
+using fitting::families::Blade;
+using fitting::families::BladeScan;
+using fitting::families::Vec2;
+
+constexpr double half_zone_mm = 0.020;
+constexpr double ball_mm = 1.0;
+constexpr int nominal_points = 6000;
+
+/// The nominal that the blade is `over_mm` larger than, all round and exactly: its parallel curve.
+SectionSetup setup_of(const Blade& blade, double over_mm) {
+    NominalContour contour;
+    for (int k = 0; k < nominal_points; ++k) {
+        const auto jet = blade.at(4.0 * k / nominal_points);
+        contour.points.emplace_back(jet.position - over_mm * jet.normal());
+    }
+    fitting::NominalOptions hints;
+    hints.le_hint = blade.le().nose;
+    hints.te_hint = blade.te().nose;
+    auto section = fitting::analyse_nominal(contour.points, hints).value();
+    SectionSetup setup;
+    setup.ball_radius_mm = ball_mm;
+    ReferenceContour reference(contour, section.curve(), ball_mm);
+    setup.nominal = SectionNominal{std::move(section), std::move(reference)};
+    setup.gate.profile_mm = setup.gate.edge_profile_mm = 2.0 * half_zone_mm;
+    // A drawing says what its edges are.
+    const auto model = [](const fitting::families::End& end) {
+        return end.along == end.across ? fitting::EdgeModel::arc : fitting::EdgeModel::ellipse;
+    };
+    setup.fitting.le_model = model(blade.le());
+    setup.fitting.te_model = model(blade.te());
+    return setup;
+}
+
+/// Where the planner has the blade measured, with about so many points.
+std::vector<double> planned_places(const Blade& blade, const SectionSetup& drawn, std::size_t points) {
+    const auto& section = drawn.nominal->section;
+    const auto path = ball_path(section.curve(), ball_mm);
+    SamplingOptions sampling;
+    sampling.pitch_mm = section.curve().length() / static_cast<double>(points);
+    std::vector<BallPoint> sampled;
+    // The edges take more than their length's share; the second time the number is right to a few per cent.
+    for (int attempt = 0; attempt < 2; ++attempt) {
+        sampled = sample_ball_path(path, section, ball_mm, sampling);
+        sampling.pitch_mm *= static_cast<double>(sampled.size()) / static_cast<double>(points);
+    }
+    std::vector<double> places;
+    for (const auto& point : std::span(sampled).first(sampled.size() - sampling.overlap))
+        places.push_back(blade.closest(point.centre_mm - ball_mm * point.normal).t);
+    return places;
+}
+
+/// A swelling of the suction side whose top alone lies at the limit; its width as a share of the side.
+double swelling_mm(double t, double width) {
+    const double from_top = (t - 3.5) / width;
+    return half_zone_mm * std::exp(-0.5 * from_top * from_top);
+}
+
+std::vector<RecordedPoint> recorded(const std::vector<Vec2>& centres) {
+    std::vector<RecordedPoint> points(centres.size());
+    for (std::size_t i = 0; i < centres.size(); ++i) {
+        points[i].sequence = i + 1;
+        points[i].centre_mm = {centres[i].x(), centres[i].y(), 0.0};
+    }
+    return points;
+}
+
+/// What does not depend on the noise.
+struct Subject {
+    Blade blade;
+    SectionSetup drawn, too_thick, too_thin;
+    std::vector<double> places;
+    double chord = 0.0, thickness = 0.0, stagger = 0.0;
+
+    Subject(const Task& task, std::uint64_t seed)
+        : blade(fitting::families::make(task.family, seed)),
+          drawn(setup_of(blade, 0.0)),
+          too_thick(setup_of(blade, half_zone_mm)),
+          too_thin(setup_of(blade, -half_zone_mm)),
+          places(planned_places(blade, drawn, task.points)) {
+        drawn.gate.characteristics.resize(1);
+        drawn.gate.characteristics.front().kind = CharacteristicKind::stagger;
+        drawn.gate.characteristics.front().label = "stagger";
+        const fitting::section_truth::SectionTruth truth(fitting::section_truth::of_family(blade));
+        chord = (truth.tail() - truth.nose()).norm();
+        thickness = truth.thickest().diameter;
+        stagger = truth.stagger();
+    }
+};
+
+class Trials {
+  public:
+    explicit Trials(Table& table) : table_(table) {}
+
+    void run(const Subject& subject, const fitting::families::ScanOptions& scanning) {
+        const Blade& blade = subject.blade;
+        const BladeScan plain = scan(blade, scanning);
+        const auto fit = fitting::fit_section(plain.points, {}, section_options(subject.drawn));
+        sizes(subject, judged(plain, fit, subject.drawn));
+        profiles(plain, fit, subject.too_thick, ", all of it outwards");
+        profiles(plain, fit, subject.too_thin, ", all of it inwards");
+        for (const auto& [width, where] : {std::pair{0.08, ", at one place"}, std::pair{0.02, ", at a narrow place"}}) {
+            BladeScan swollen = plain;
+            for (std::size_t i = 0; i < swollen.points.size(); ++i)
+                swollen.points[i] += swelling_mm(swollen.t[i], width) * blade.at(swollen.t[i]).normal();
+            const auto swollen_fit = fitting::fit_section(swollen.points, {}, section_options(subject.drawn));
+            profile_at_limit("profile_suction", where, judged(swollen, swollen_fit, subject.drawn));
+            count_early(std::string("while measuring") + where, swollen, subject.drawn);
+        }
+    }
+
+  private:
+    static SectionResult judged(const BladeScan& scan, const core::Result<fitting::SectionFit>& fit,
+                                const SectionSetup& setup) {
+        SectionResult section;
+        section.points = recorded(scan.points);
+        return judge_fit(std::move(section), fit, setup);
+    }
+
+    void count(const std::string& name, Decision decision) {
+        Rates& rates = table_[name];
+        if (decision == Decision::not_evaluable || decision == Decision::reported) {
+            ++rates.refused;
+            return;
+        }
+        ++rates.trials;
+        rates.accepted += decision == Decision::accept ? 1 : 0;
+        rates.rejected += decision == Decision::reject ? 1 : 0;
+    }
+
+    /// The true value as the upper limit, and as the lower one.
+    void size_at_limit(const std::string& name, const Characteristic* c, double truth) {
+        if (c == nullptr || !c->value) {
+            count(name + ", upper", Decision::not_evaluable);
+            count(name + ", lower", Decision::not_evaluable);
+            return;
+        }
+        const DecisionRule rule;
+        const auto guards = rule.guards(*c->u95);
+        measure(name + ", upper", *c->value - truth, guards.reject);
+        count(name + ", upper", rule.decide(*c->value, guards, std::nullopt, truth));
+        count(name + ", lower", rule.decide(*c->value, guards, truth, std::nullopt));
+    }
+
+    void sizes(const Subject& subject, const SectionResult& result) {
+        size_at_limit("chord", result.find("chord"), subject.chord);
+        size_at_limit("max_thickness", result.find("max_thickness"), subject.thickness);
+        size_at_limit("le_radius", result.find("le_radius"), subject.blade.le().nose_radius());
+        const auto* stagger = result.find("stagger");
+        const double measured = stagger != nullptr ? stagger->value.value_or(0.0) : 0.0;
+        size_at_limit("stagger", stagger,
+                      measured + std::remainder(subject.stagger - measured, 2.0 * std::numbers::pi));
+    }
+
+    void measure(const std::string& name, double error, double guard) {
+        Rates& rates = table_[name];
+        rates.error += error;
+        rates.squares += error * error;
+        rates.guard += guard;
+    }
+
+    void profile_at_limit(const std::string& name, const std::string& where, const SectionResult& result) {
+        const auto* c = result.find(name);
+        count(name + where, c != nullptr ? c->decision : Decision::not_evaluable);
+        if (c == nullptr || !c->value) return;
+        measure(name + where, *c->value - *c->upper, result.closed() ? *c->guard_reject : 0.0);
+    }
+
+    void profiles(const BladeScan& scan, const core::Result<fitting::SectionFit>& fit, const SectionSetup& setup,
+                  const std::string& where) {
+        const auto result = judged(scan, fit, setup);
+        for (const char* name : {"profile_le", "profile_suction", "profile_te", "profile_pressure"})
+            profile_at_limit(name, where, result);
+        count_early("while measuring" + where, scan, setup);
+    }
+
+    void count_early(const std::string& name, const BladeScan& scan, const SectionSetup& setup) {
+        LiveSection live(setup, 1.0, core::PartFromMachine(), scan.points.size());
+        live.restore(recorded(scan.points));
+        count(name, live.exceedance() ? Decision::reject : Decision::undecided);
+    }
+
+    Table& table_;
+};
+
+/// P(X <= count) of a binomial, by summing the logarithms' exponentials.
+double binomial_cdf(std::size_t count, std::size_t trials, double share) {
+    if (share <= 0.0) return 1.0;
+    if (share >= 1.0) return count >= trials ? 1.0 : 0.0;
+    const auto n = static_cast<double>(trials);
+    double sum = 0.0;
+    for (std::size_t k = 0; k <= count; ++k) {
+        const auto i = static_cast<double>(k);
+        sum += std::exp(std::lgamma(n + 1) - std::lgamma(i + 1) - std::lgamma(n - i + 1) + i * std::log(share) +
+                        (n - i) * std::log1p(-share));
+    }
+    return sum;
+}
+
+template <class Above>
+double bisect(const Above& above) {
+    double low = 0.0, high = 1.0;
+    for (int step = 0; step < 60; ++step) {
+        const double middle = 0.5 * (low + high);
+        (above(middle) ? high : low) = middle;
+    }
+    return 0.5 * (low + high);
+}
+
+}  // namespace
+
+void Rates::add(const Rates& other) {
+    trials += other.trials;
+    accepted += other.accepted;
+    rejected += other.rejected;
+    refused += other.refused;
+    error += other.error;
+    squares += other.squares;
+    guard += other.guard;
+}
+
+std::vector<Table> run(const Task& task) {
+    std::vector<Table> tables(task.sigmas_mm.size());
+    for (std::uint64_t seed = task.first_seed; seed < task.first_seed + task.blades; ++seed) {
+        const Subject subject(task, seed);
+        for (std::size_t k = 0; k < tables.size(); ++k) {
+            fitting::families::ScanOptions scanning;
+            scanning.ball_mm = ball_mm;
+            scanning.places = subject.places;
+            scanning.sigma_mm = task.sigmas_mm[k];
+            scanning.bad_share = task.bad_share;
+            scanning.seed = 104729 * seed + k;
+            Trials(tables[k]).run(subject, scanning);
+        }
+    }
+    return tables;
+}
+
+std::pair<double, double> binomial_interval(std::size_t count, std::size_t trials) {
+    constexpr double tail = 0.025;
+    if (trials == 0) return {0.0, 1.0};
+    const double low =
+        count == 0 ? 0.0 : bisect([&](double share) { return 1.0 - binomial_cdf(count - 1, trials, share) > tail; });
+    const double high =
+        count == trials ? 1.0 : bisect([&](double share) { return binomial_cdf(count, trials, share) < tail; });
+    return {low, high};
+}
+
+}  // namespace cmm::acquisition::decisions

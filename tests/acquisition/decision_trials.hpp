@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "support/families.hpp"
+
+/// How often decisions are wrong of blades that lie exactly at a limit: the real fit, the real rule, the real watch.
+/// Seen as just inside, every rejection is false; seen as just outside, every acceptance.
+namespace cmm::acquisition::decisions {
+
+struct Rates {
+    std::size_t trials = 0, accepted = 0, rejected = 0, refused = 0;
+    double error = 0.0, squares = 0.0, guard = 0.0;  ///< sums of value less limit, its square, and the guard bands
+
+    double accept_share() const { return trials > 0 ? static_cast<double>(accepted) / static_cast<double>(trials) : 0; }
+    double reject_share() const { return trials > 0 ? static_cast<double>(rejected) / static_cast<double>(trials) : 0; }
+    void add(const Rates& other);
+};
+/// By the name of what lies at its limit: "chord, upper", "profile_suction, all of it, outside", "while measuring,
+/// ...".
+using Table = std::map<std::string, Rates>;
+
+struct Task {
+    fitting::families::Family family = fitting::families::Family::compressor;
+    std::uint64_t first_seed = 1, blades = 100;
+    std::vector<double> sigmas_mm{1e-3};
+    std::size_t points = 600;
+    double bad_share = 0.0;
+};
+/// One table for each noise. Deterministic.
+std::vector<Table> run(const Task& task);
+
+/// 95 % interval of a share of which `count` of `trials` were seen: Clopper and Pearson 1934.
+std::pair<double, double> binomial_interval(std::size_t count, std::size_t trials);
+
+}  // namespace cmm::acquisition::decisions
