@@ -118,6 +118,31 @@ std::string exceedance_payload(std::size_t section, const Exceedance& exceedance
         .text();
 }
 
+std::string again_payload(const SectionResult& section, std::size_t pass, const AgainPass& planned) {
+    std::string because;
+    for (const auto& name : planned.because) {
+        const auto* c = section.find(name);
+        because += (because.empty() ? "{" : ",{") +
+                   JsonFields()
+                       .add("name", name)
+                       .add("value", c->value, number_digits)
+                       .add("u95", c->u95, number_digits)
+                       .add("lower", c->lower, number_digits)
+                       .add("upper", c->upper, number_digits)
+                       .text() +
+                   "}";
+    }
+    return JsonFields()
+        .add("section", section.index)
+        .add("z_mm", section.z_mm, 4)
+        .add("pass", pass)
+        .add("points", planned.points())
+        .add("stretches", planned.stretches.size())
+        .add("seconds", planned.duration_s, 1)
+        .raw("because", "[" + because + "]")
+        .text();
+}
+
 std::string decision_payload(std::size_t section, Decision decision) {
     return JsonFields().add("section", section).add("decision", acquisition::to_string(decision)).text();
 }

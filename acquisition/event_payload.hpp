@@ -5,6 +5,7 @@
 #include <string>
 
 #include "acquisition/live_section.hpp"
+#include "acquisition/measure_again.hpp"
 #include "acquisition/section_result.hpp"
 #include "drivers/link_stats.hpp"
 
@@ -18,6 +19,8 @@ std::string revised_payload(const SectionResult& section);
 std::string rejected_payload(std::size_t section, const RecordedPoint& point);
 std::string characteristic_payload(std::size_t section, const Characteristic& characteristic);
 std::string exceedance_payload(std::size_t section, const Exceedance& exceedance, double latency_ms);
+/// Before the pass is driven: why, and what was known then.
+std::string again_payload(const SectionResult& section, std::size_t pass, const AgainPass& planned);
 std::string decision_payload(std::size_t section, Decision decision);
 std::string link_payload(const drivers::LinkStats& stats);
 

@@ -43,6 +43,8 @@ std::string_view to_string(EventKind kind) noexcept {
             return "RunStopped";
         case EventKind::points_chosen:
             return "PointsChosen";
+        case EventKind::measure_again:
+            return "MeasureAgain";
     }
     return "Unknown";
 }

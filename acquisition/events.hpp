@@ -29,6 +29,7 @@ enum class EventKind : std::uint8_t {
     link_stats,
     run_stopped,
     points_chosen,
+    measure_again,
 };
 /// "RunStarted", "PathStarted", ... as in the NDJSON stream.
 std::string_view to_string(EventKind kind) noexcept;

@@ -96,12 +96,16 @@ std::string section_csv(const SectionResult& section) {
 }
 
 std::string points_csv(const PartResult& part) {
-    std::string out = "section,seq,x_mm,y_mm,z_mm,flag\n";
+    const bool again = std::any_of(part.sections.begin(), part.sections.end(),
+                                   [](const SectionResult& section) { return !points_of_passes(section).empty(); });
+    std::string out = again ? "section,seq,x_mm,y_mm,z_mm,flag,pass\n" : "section,seq,x_mm,y_mm,z_mm,flag\n";
     for (const auto& section : part.sections) {
         for (const auto& point : section.points) {
             out += std::to_string(section.index) + ',' + std::to_string(point.sequence) + ',';
             append(out, point.centre_mm);
-            out += ',' + std::to_string(point.flags) + '\n';
+            out += ',' + std::to_string(point.flags);
+            if (again) out += ',' + std::to_string(point.pass);
+            out += '\n';
         }
     }
     return out;

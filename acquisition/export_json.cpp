@@ -73,6 +73,14 @@ Json compensation(const Compensation& compensation) {
     return out;
 }
 
+/// Points of each pass over stretches of the section; empty: none.
+Json measured_again(const SectionResult& section) {
+    Json passes = Json::array();
+    for (const auto& [pass, count] : points_of_passes(section))
+        passes.push_back({{"pass", pass}, {"points", count}});
+    return passes;
+}
+
 Json section_of(const SectionResult& section) {
     Json characteristics = Json::array();
     for (const auto& c : section.characteristics)
@@ -85,6 +93,7 @@ Json section_of(const SectionResult& section) {
              {"closed", section.closed()},
              {"decision", to_string(section.decision())},
              {"compensation", compensation(section.compensation)}};
+    if (auto again = measured_again(section); !again.empty()) out["measured_again"] = std::move(again);
     if (section.closed()) {
         out["contour_file"] = "section-" + std::to_string(section.index) + ".csv";
         out["noise_sigma_mm"] = number(section.fit->noise_sigma_mm);

@@ -237,7 +237,8 @@ Status WritingJournal::begin_path(const JournalPath& path) {
         const std::lock_guard guard(mutex_);
         for (const auto& known : paths_) {
             if (known.path != path.path) continue;
-            if (known.section == path.section && known.first_index == path.first_index) return {};
+            if (known.section == path.section && known.first_index == path.first_index && known.pass == path.pass)
+                return {};
             return core::fail(ErrorCode::internal,
                               "path " + std::to_string(path.path) + " began before as another one");
         }

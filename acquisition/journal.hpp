@@ -21,6 +21,7 @@ struct JournalPath {
     std::size_t section = 0;        ///< index of the section it belongs to
     std::uint32_t first_index = 0;  ///< of its first recorded point in the section's plan (resume cuts a path)
     bool finished = false;
+    std::uint8_t pass = 0;  ///< 0: the lap; k: the kth pass that measures stretches of it again
 };
 
 /// The run file `run.cmmrun` (SQLite, WAL, synchronous=FULL): what was planned, every sample, every event of note.

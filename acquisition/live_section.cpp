@@ -17,12 +17,22 @@ LiveSection::LiveSection(const SectionSetup& setup, double lsb_mm, const core::P
 }
 
 void LiveSection::take(const RecordedPoint& point) {
+    if (point.pass > 0) return take_again(point);
     if (!points_.empty() && point.sequence <= points_.back().sequence) return take_late(point);
     points_.push_back(point);
     length_mm_ += step_to(points_.size() - 1);
     count(point);
     follow(point);
     watch();
+}
+
+void LiveSection::take_again(const RecordedPoint& point) {
+    const auto place =
+        std::lower_bound(points_.begin(), points_.end(), point.sequence,
+                         [](const RecordedPoint& known, std::uint64_t sequence) { return known.sequence < sequence; });
+    if (place != points_.end() && place->sequence == point.sequence) return;
+    if (point.verdict.reason == fitting::RejectReason::no_contact) ++no_contact_;
+    points_.insert(place, point);
 }
 
 /// The place that later points hardly change any more, and the sample that was taken there.
@@ -81,6 +91,7 @@ void LiveSection::add(std::span<const core::Sample> samples) {
         RecordedPoint point;
         point.sequence = sample.sequence;
         point.flags = sample.flags;
+        point.pass = pass_;
         point.centre_mm = part_from_machine_(core::Position<core::MachineFrame>{core::centre_mm(sample, lsb_mm_)}).mm;
         if ((sample.flags & core::sample_flag::no_contact) != 0)
             point.verdict.reason = fitting::RejectReason::no_contact;

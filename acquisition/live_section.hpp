@@ -48,6 +48,12 @@ class LiveSection {
     void restore(const std::vector<RecordedPoint>& points);
     /// For an unknown part: the number of points is known now.
     void close_after(std::size_t expected) { expected_ = expected; }
+    /// The lap is done; so many points of a pass over stretches of it follow. They are kept, and no more: the live
+    /// curve goes on along the lap only.
+    void measure_again(std::uint8_t pass, std::size_t more) {
+        pass_ = pass;
+        expected_ = points_.size() + more;
+    }
     bool complete() const { return expected_ > 0 && points_.size() >= expected_; }
 
     /// Points until it is complete; 0: it is, or nobody knows.
@@ -65,6 +71,7 @@ class LiveSection {
   private:
     void take(const RecordedPoint& point);
     void take_late(const RecordedPoint& point);
+    void take_again(const RecordedPoint& point);
     void watch();
     void count(const RecordedPoint& point);
     fitting::LiveSpline::Taken follow(const RecordedPoint& point);
@@ -75,6 +82,7 @@ class LiveSection {
     double lsb_mm_;
     core::PartFromMachine part_from_machine_;
     std::size_t expected_;
+    std::uint8_t pass_ = 0;
     std::vector<RecordedPoint> points_;
     fitting::LiveSpline curve_{fitting::MaterialSide::left};  // every path runs counter-clockwise
     std::size_t no_contact_ = 0;

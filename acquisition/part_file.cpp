@@ -150,6 +150,8 @@ std::vector<double> read_heights(const ConfigTable& table) {
     return heights;
 }
 
+constexpr double most_extra_passes = 5.0;
+
 ScanSpec read_scan(const ConfigTable& table, NominalKind nominal) {
     ScanSpec scan;
     scan.heights_mm = read_heights(table);
@@ -161,6 +163,15 @@ ScanSpec read_scan(const ConfigTable& table, NominalKind nominal) {
     scan.search_mm = table.number("search_mm", scan.search_mm, {0.01, 100.0});
     scan.wait_s = table.number("wait_s", scan.wait_s, {0.0, 86400.0});
     scan.stop_when_rejected = table.boolean("stop_when_rejected", scan.stop_when_rejected);
+    UntilDecided again;
+    const bool until_decided = table.boolean("until_decided", false);
+    again.passes = static_cast<std::size_t>(
+        table.integer("extra_passes", static_cast<std::int64_t>(again.passes), {1.0, most_extra_passes}));
+    again.seconds = table.number("extra_s", again.seconds, {1.0, 86400.0});
+    if (until_decided) scan.until_decided = again;
+    for (const std::string_view key : {"extra_passes", "extra_s"})
+        if (table.has(key) && !until_decided) table.complain(key, "needs until_decided = true");
+    if (until_decided && nominal == NominalKind::none) table.complain("until_decided", "needs a nominal");
     scan.start_mm = point(table, "start_mm");
     scan.toward_mm = point(table, "toward_mm");
     const auto box = table.numbers("box_mm");
@@ -250,6 +261,7 @@ core::Result<PartFile> parse_part_file(std::string_view text, const std::string&
     part.scan = read_scan(root->table("scan"), part.nominal.kind);
     part.fitting = read_fitting(root->table("fitting"));
     part.gate = read_gate(root->table("gate"));
+    if (part.scan.until_decided) part.gate.rule.looks = 1 + part.scan.until_decided->passes;
     part.gate.characteristics = read_characteristics(root->tables("characteristic"));
     root->ignore("actual");
     if (auto status = root->finish(); !status) return tl::unexpected(std::move(status.error()));

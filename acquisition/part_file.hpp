@@ -9,6 +9,7 @@
 
 #include "acquisition/characteristic_spec.hpp"
 #include "acquisition/decision_rule.hpp"
+#include "acquisition/until_decided.hpp"
 #include "core/error.hpp"
 #include "fitting/edge_kind.hpp"
 #include "fitting/filter.hpp"
@@ -44,8 +45,9 @@ struct ScanSpec {
     std::vector<double> heights_mm;  ///< ascending
     double pitch_mm = 0.4, edge_density = 4.0, max_speed_mm_s = 10.0;
     double clearance_mm = 5.0, approach_mm = 1.0, search_mm = 1.5;
-    double wait_s = 300.0;            ///< at rest, for what may pass by itself; 0: the run ends at once
-    bool stop_when_rejected = false;  ///< the run ends as soon as the part's verdict is certain to be reject
+    double wait_s = 300.0;                      ///< at rest, for what may pass by itself; 0: the run ends at once
+    bool stop_when_rejected = false;            ///< the run ends as soon as the part's verdict is certain to be reject
+    std::optional<UntilDecided> until_decided;  ///< undecided sections are measured again
     std::optional<Eigen::Vector2d> start_mm, toward_mm;
     std::optional<std::array<double, 4>> box_mm;  ///< x0 y0 x1 y1
 };

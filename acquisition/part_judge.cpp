@@ -42,7 +42,12 @@ const SectionResult& PartJudge::finish(const SectionSetup& setup, std::vector<Re
 }
 
 const SectionResult& PartJudge::take_over(const SectionSetup& setup, SectionResult result) {
-    auto& judged = *sections_.emplace_back(std::make_unique<Judged>(Judged{&setup, std::move(result), {}}));
+    const auto known = std::find_if(sections_.begin(), sections_.end(),
+                                    [&](const auto& section) { return section->result.index == setup.index; });
+    const auto place = static_cast<std::size_t>(known - sections_.begin());
+    if (known == sections_.end()) sections_.push_back(std::make_unique<Judged>());
+    Judged& judged = *sections_[place];
+    judged = Judged{&setup, std::move(result), {}};
     if (by_surface(judged)) {
         judged.flat = judged.result.fit;
         judged.result.compensation.state = Compensation::State::provisional;
@@ -96,8 +101,22 @@ std::vector<const SectionResult*> PartJudge::grow() {
     return {&below->result};
 }
 
+bool PartJudge::has(std::size_t index) const {
+    return std::any_of(sections_.begin(), sections_.end(),
+                       [&](const auto& section) { return section->result.index == index; });
+}
+
+std::vector<SectionResult> PartJudge::results() const {
+    std::vector<SectionResult> all;
+    for (const auto& section : sections_)
+        all.push_back(section->result);
+    std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
+    return all;
+}
+
 std::vector<const SectionResult*> PartJudge::begin_completion() {
     growing_.reset();
+    top_ = nullptr;
     std::vector<Judged*> upwards;
     for (const auto& section : sections_)
         if (section->flat) upwards.push_back(section.get());

@@ -40,12 +40,16 @@ class PartJudge {
     const SectionResult* complete_next();
     bool completing() const { return completion_ && !completion_->left.empty(); }
 
+    /// Whether this section has been judged; a second time it takes the place of the first.
+    bool has(std::size_t index) const;
+    /// As they are now, by index.
+    std::vector<SectionResult> results() const;
     /// Hands the sections over, by index.
     std::vector<SectionResult> take();
 
   private:
     struct Judged {
-        const SectionSetup* setup;
+        const SectionSetup* setup = nullptr;
         SectionResult result;
         std::optional<fitting::SectionFit> flat;  ///< as it was compensated in its plane
     };

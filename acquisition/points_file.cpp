@@ -75,7 +75,7 @@ std::optional<double> stated_height(const DelimitedTable& table, const std::stri
 /// Where the wanted fields are in a row.
 struct Columns {
     std::array<std::optional<std::size_t>, 3> axis;
-    std::optional<std::size_t> section, flag, sequence;
+    std::optional<std::size_t> section, flag, sequence, pass;
 };
 
 std::optional<std::size_t> find_column(const DelimitedTable& table, std::initializer_list<std::string_view> names) {
@@ -111,6 +111,7 @@ core::Result<Columns> columns_of(const DelimitedTable& table, const std::string&
     columns.section = find_column(table, {"section", "section_name", "section_index"});
     columns.flag = find_column(table, {"flag", "flags"});
     columns.sequence = find_column(table, {"seq"});
+    columns.pass = find_column(table, {"pass"});
     for (std::size_t i = 0; i < 2; ++i) {
         if (columns.axis[i]) continue;
         const std::string letter(1, "xyz"[i]);
@@ -126,6 +127,7 @@ struct ReadPoint {
     std::string_view section;
     std::uint16_t flag = 0;
     std::optional<std::uint64_t> sequence;
+    std::uint8_t pass = 0;
 };
 
 /// A whole number from 0 to `most` in a cell.
@@ -164,12 +166,18 @@ core::Result<ReadPoint> read_row(const DelimitedRow& row, const Columns& columns
         if (!value) return tl::unexpected(value.error());
         point.sequence = static_cast<std::uint64_t>(*value);
     }
+    if (columns.pass && !row.cells[*columns.pass].text.empty()) {
+        const auto value = whole_number(row.cells[*columns.pass], "pass", 255.0, path, row.line);
+        if (!value) return tl::unexpected(value.error());
+        point.pass = static_cast<std::uint8_t>(*value);
+    }
     return point;
 }
 
 void append(PointSection& section, const ReadPoint& point) {
     section.points_mm.push_back(point.position_mm);
     section.flags.push_back(point.flag);
+    section.passes.push_back(point.pass);
     if (point.sequence) section.sequences.push_back(*point.sequence);
 }
 
@@ -292,6 +300,9 @@ core::Result<std::vector<PointSection>> read_points(const std::string& path) {
         const bool plain =
             std::all_of(section.flags.begin(), section.flags.end(), [](std::uint16_t f) { return f == 0; });
         if (plain) section.flags.clear();
+        const bool one_lap =
+            std::all_of(section.passes.begin(), section.passes.end(), [](std::uint8_t pass) { return pass == 0; });
+        if (one_lap) section.passes.clear();
     }
     return sections;
 }

@@ -15,9 +15,10 @@ namespace cmm::acquisition {
 struct PointSection {
     std::string name;
     std::vector<Eigen::Vector3d> points_mm;
-    std::vector<std::uint16_t> flags;      ///< core::sample_flag bits; empty: all 0
-    std::vector<std::uint64_t> sequences;  ///< of a column seq; empty: the file has none
-    double z_mm() const;                   ///< mean height
+    std::vector<std::uint16_t> flags;       ///< core::sample_flag bits; empty: all 0
+    std::vector<std::uint64_t> sequences;   ///< of a column seq; empty: the file has none
+    std::vector<std::uint8_t> passes = {};  ///< of a column pass; empty: all of the lap
+    double z_mm() const;                    ///< mean height
 };
 
 /// Reads `x,y,z[,section[,flag]]` (with a header in any order, and a column seq), .xyz/.asc/.txt, .crv/.curve (chosen

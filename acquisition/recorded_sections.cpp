@@ -45,7 +45,7 @@ core::Status RecordedSections::refresh(const Journal& journal) {
     const auto paths = journal.paths();
     if (!paths) return tl::unexpected(paths.error());
     for (const auto& path : *paths)
-        section_of_path_[path.path] = path.section;
+        section_of_path_[path.path] = {path.section, path.pass};
     for (const auto& path : *before) {
         auto& of_path = section(path.section);
         of_path.finished = of_path.finished || path.finished;
@@ -58,7 +58,10 @@ core::Status RecordedSections::refresh(const Journal& journal) {
                                                                     " belongs to path " + std::to_string(sample.path) +
                                                                     ", which was never begun");
         }
-        section(found->second).points.push_back(recorded(sample, journal.header().lsb_mm));
+        const auto [index, pass] = found->second;
+        auto& points = section(index).points;
+        points.push_back(recorded(sample, journal.header().lsb_mm));
+        points.back().pass = pass;
     }
     return {};
 }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <utility>
 #include <vector>
 
 #include "acquisition/journal.hpp"
@@ -34,7 +35,7 @@ class RecordedSections {
     RecordedSection& section(std::size_t index);
 
     std::vector<RecordedSection> sections_;
-    std::map<std::uint16_t, std::size_t> section_of_path_;
+    std::map<std::uint16_t, std::pair<std::size_t, std::uint8_t>> section_of_path_;  // and the pass
     std::uint64_t last_sequence_ = 0;
 };
 

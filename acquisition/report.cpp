@@ -259,12 +259,22 @@ std::string compensation_text(const Compensation& compensation) {
     return {};
 }
 
+std::string again_text(const SectionResult& section) {
+    const auto passes = points_of_passes(section);
+    if (passes.empty()) return {};
+    std::size_t points = 0;
+    for (const auto& [pass, count] : passes)
+        points += count;
+    return ", " + std::to_string(points) + " of them measured again because the section was undecided (" +
+           std::to_string(passes.size()) + (passes.size() == 1 ? " pass)" : " passes)");
+}
+
 std::string section_sheet(const SectionResult& section, double ball_radius_mm) {
     const auto decision = section.decision();
     std::string out = "<article class=\"sheet section\" id=\"section-" + std::to_string(section.index) + "\"><header>" +
                       element("h3", title_of(section)) + origin_of(section) + "<span class=\"meta\">" +
-                      std::to_string(section.points.size()) + " points, " + std::to_string(section.rejected()) +
-                      " rejected";
+                      std::to_string(section.points.size()) + " points" + again_text(section) + ", " +
+                      std::to_string(section.rejected()) + " rejected";
     if (section.closed()) {
         out += ", scatter " + core::fixed(section.fit->noise_sigma_mm * 1e3, 1) + " \u00b5m (1 \u03c3)";
         out += compensation_text(section.compensation);

@@ -44,6 +44,9 @@ CREATE INDEX event_seq ON event(seq);
 )sql"},
                                 Migration{2, R"sql(
 CREATE TABLE capability(name TEXT PRIMARY KEY, value REAL NOT NULL) STRICT;
+)sql"},
+                                Migration{3, R"sql(
+ALTER TABLE path ADD COLUMN pass INTEGER NOT NULL DEFAULT 0;
 )sql"}};
 constexpr int schema_version = migrations.back().version;
 
@@ -277,11 +280,13 @@ Status RunFile::add_batch(std::span<const core::Sample> samples) {
 }
 
 Status RunFile::add_path(const JournalPath& path) {
-    Statement insert(connection_->db, "INSERT INTO path(path, section, first_index, finished) VALUES(?, ?, ?, ?)");
+    Statement insert(connection_->db,
+                     "INSERT INTO path(path, section, first_index, finished, pass) VALUES(?, ?, ?, ?, ?)");
     insert.bind(1, std::int64_t{path.path});
     insert.bind(2, static_cast<std::int64_t>(path.section));
     insert.bind(3, std::int64_t{path.first_index});
     insert.bind(4, std::int64_t{path.finished ? 1 : 0});
+    insert.bind(5, std::int64_t{path.pass});
     return connection_->done(insert, "write a path");
 }
 
@@ -379,12 +384,17 @@ Status RunFile::each_event(std::uint64_t from_seq, const Journal::EventVisitor& 
 }
 
 Result<std::vector<JournalPath>> RunFile::paths() const {
-    Statement query(connection_->db, "SELECT path, section, first_index, finished FROM path ORDER BY id");
+    const auto version = connection_->single("PRAGMA user_version");
+    if (!version) return tl::unexpected(version.error());
+    Statement query(connection_->db, *version < 3
+                                         ? "SELECT path, section, first_index, finished, 0 FROM path ORDER BY id"
+                                         : "SELECT path, section, first_index, finished, pass FROM path ORDER BY id");
     std::vector<JournalPath> paths;
     int rc = SQLITE_ROW;
     while ((rc = query.step()) == SQLITE_ROW) {
         paths.push_back({static_cast<std::uint16_t>(query.integer(0)), static_cast<std::size_t>(query.integer(1)),
-                         static_cast<std::uint32_t>(query.integer(2)), query.integer(3) != 0});
+                         static_cast<std::uint32_t>(query.integer(2)), query.integer(3) != 0,
+                         static_cast<std::uint8_t>(query.integer(4))});
     }
     if (rc != SQLITE_DONE) return connection_->failure("read paths");
     return paths;

@@ -52,6 +52,7 @@ core::Result<PartResult> results_of_points(const std::vector<PointSection>& sect
             point.sequence = sections[i].sequences.empty() ? ++sequence : sections[i].sequences[k];
             point.centre_mm = sections[i].points_mm[k];
             point.flags = sections[i].flags.empty() ? std::uint16_t{0} : sections[i].flags[k];
+            point.pass = sections[i].passes.empty() ? std::uint8_t{0} : sections[i].passes[k];
             if ((point.flags & core::sample_flag::no_contact) != 0)
                 point.verdict.reason = fitting::RejectReason::no_contact;
             points.push_back(point);

@@ -50,7 +50,8 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
     outcome.samples = samples();
     outcome.error = error_;
     // A person who ends the last section by hand has ended the run, not broken it off.
-    if (!error_ && stop_requested_ && std::find(done_.begin(), done_.end(), false) != done_.end())
+    const bool all_there = std::find(done_.begin(), done_.end(), false) == done_.end() && again_.paths.empty();
+    if (!error_ && stop_requested_ && !all_there)
         outcome.error = core::Error{core::ErrorCode::cancelled, "stopped on request", {}, core::Motion::stopped};
     outcome.result.part_name = request_.part.name;
     outcome.result.part_serial = request_.part.serial;
@@ -171,6 +172,8 @@ core::Status ScanJob::prepare() {
         setups_.push_back(std::move(*setup));
     }
     restored_.resize(setups_.size());
+    again_.measured.resize(setups_.size());
+    again_.there.resize(setups_.size());
     done_.assign(setups_.size(), false);
     return {};
 }

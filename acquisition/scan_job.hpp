@@ -4,6 +4,7 @@
 #include <atomic>
 #include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/awaitable.hpp>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -17,6 +18,7 @@
 #include "acquisition/nominal.hpp"
 #include "acquisition/part_file.hpp"
 #include "acquisition/plan.hpp"
+#include "acquisition/recorded_sections.hpp"
 #include "acquisition/sample_intake.hpp"
 #include "acquisition/section_finisher.hpp"
 #include "acquisition/session.hpp"
@@ -107,6 +109,11 @@ class ScanJob {
     core::Status check() const;
     std::size_t next_planned() const;
     core::Result<std::uint16_t> path_of_touches() const;
+    boost::asio::awaitable<core::Result<bool>> find_again();
+    core::Status plan_pass();
+    void submit_again(std::size_t index);
+    Step scan_again();
+    void restore_again(std::vector<RecordedSection>& recorded);
     Step touch_planned(std::uint16_t path, drivers::PathSource& source);
     Step touch_along(std::uint16_t path, drivers::PathSource& source, const Missed& note);
     boost::asio::awaitable<core::Result<Eigen::Vector3d>> touch(drivers::PathPoint place, drivers::SampleSink& sink);
@@ -154,7 +161,20 @@ class ScanJob {
     std::size_t section_ = 0;                   // under the probe
     std::optional<Entry> entry_;                // unknown part: into the last section
     std::optional<Eigen::Vector3d> came_from_;  // a free place, straight behind the motion under way
-    std::unique_ptr<LiveSection> left_over_;    // of the section that was broken off last
+    /// A stretch that is still to be measured again.
+    struct AgainPath {
+        std::size_t section;
+        std::vector<drivers::PathPoint> points;
+        std::size_t first;  // behind those that are measured already
+    };
+    struct {
+        std::uint8_t pass = 0;  // under way, or the last one
+        std::deque<AgainPath> paths;
+        std::vector<std::vector<RecordedPoint>> measured;  // by section: all points so far
+        std::vector<std::vector<RecordedPoint>> there;     // resume: of the pass that was cut off
+        bool found = false;                                // by the last planning
+    } again_;
+    std::unique_ptr<LiveSection> left_over_;  // of the section that was broken off last
     std::optional<core::Error> held_by_;
     DiskQuestion disk_room_;
     bool out_ = false;       // a section proved out of tolerance, its path was cut short

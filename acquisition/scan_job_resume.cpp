@@ -6,6 +6,7 @@
 #include <boost/asio/this_coro.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "acquisition/json_text.hpp"
@@ -119,6 +120,7 @@ ScanJob::Step ScanJob::restore_sections() {
     auto recorded = co_await workers_.run(std::move(read));
     if (!recorded) co_return tl::unexpected(recorded.error());
     std::size_t samples = 0;
+    restore_again(*recorded);
     for (auto& section : *recorded) {
         if (section.index >= setups_.size()) {
             co_return core::fail(core::ErrorCode::journal_corrupt,
@@ -127,7 +129,9 @@ ScanJob::Step ScanJob::restore_sections() {
         last_path_ = std::max(last_path_, section.last_path);
         samples += section.points.size();
         const std::size_t expected = expected_points(section.index);
-        const bool whole = done_[section.index] || (expected > 0 && section.points.size() >= expected);
+        const auto of_lap = static_cast<std::size_t>(
+            std::count_if(section.points.begin(), section.points.end(), [](const auto& p) { return p.pass == 0; }));
+        const bool whole = done_[section.index] || (expected > 0 && of_lap >= expected);
         if (section.finished || whole) {
             // The host was cut off between the last sample and this note.
             if (!section.finished) {
@@ -184,7 +188,13 @@ ScanJob::Step ScanJob::leave_part() {
     if (!now) co_return tl::unexpected(now.error());
     if (!now->homed || !capabilities_.moves) co_return core::Status{};
     const auto open = std::find(done_.begin(), done_.end(), false);
-    const auto index = static_cast<std::size_t>(open == done_.end() ? done_.size() - 1 : open - done_.begin());
+    auto index = static_cast<std::size_t>(open - done_.begin());
+    if (open == done_.end()) {  // a section may have been under way once more: the one at this height
+        const auto nearer = [z = where->z()](const SectionSetup& a, const SectionSetup& b) {
+            return std::abs(a.z_mm - z) < std::abs(b.z_mm - z);
+        };
+        index = static_cast<std::size_t>(std::min_element(setups_.begin(), setups_.end(), nearer) - setups_.begin());
+    }
     const auto direction = way_off(setups_[index], restored_[index], where->head<2>(),
                                    request_.part.stylus.radius_mm + request_.part.scan.approach_mm);
     if (direction) {

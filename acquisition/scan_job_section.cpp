@@ -48,18 +48,26 @@ class PathUntil final : public drivers::PathSource {
 
 boost::asio::awaitable<core::Result<bool>> ScanJob::approach() {
     const auto open = std::find(done_.begin(), done_.end(), false);
-    if (open == done_.end() || rejected()) co_return false;
-    section_ = static_cast<std::size_t>(open - done_.begin());
+    if (rejected()) co_return false;
+    if (open == done_.end()) {
+        const auto more = co_await find_again();
+        if (!more || !*more || again_.paths.empty()) co_return more;
+        section_ = again_.paths.front().section;
+    } else {
+        section_ = static_cast<std::size_t>(open - done_.begin());
+    }
     if (!capabilities_.moves) co_return true;
     progress("to " + section_text(section_, setups_[section_].z_mm));
     auto now = co_await machine_.state();
     if (!now) co_return tl::unexpected(now.error());
     if (plan_.paths[section_].points.empty() && restored_[section_].empty())
         co_return true;  // find_part goes there itself
-    const auto& points = plan_.paths[section_].points;
+    const bool again = open == done_.end();
+    const auto& points = again ? again_.paths.front().points : plan_.paths[section_].points;
+    const std::size_t next = again ? again_.paths.front().first : next_planned();
     const auto start = points.empty()
                            ? start_of_section(plan_, plan_.paths[section_], setups_[section_], restored_[section_])
-                           : above(points[std::min(next_planned(), points.size() - 1)], plan_.approach_mm);
+                           : above(points[std::min(next, points.size() - 1)], plan_.approach_mm);
     // Resumed beside the last contact: already there. Without a nominal no way round the part is known that is safer.
     const bool beside = (now->position_mm - start).norm() < 2.0 * plan_.approach_mm && !restored_[section_].empty();
     auto find = [this, beside, from = now->position_mm, start] {
@@ -103,6 +111,7 @@ std::unique_ptr<LiveSection> ScanJob::new_section(std::size_t index) const {
 }
 
 ScanJob::Step ScanJob::scan() {
+    if (!again_.paths.empty()) co_return co_await scan_again();
     const auto path = next_path();
     last_path_ = path.id;
     JournalPath entry;
@@ -190,6 +199,7 @@ void ScanJob::rehearse(const LiveSection& section, std::span<const drivers::Path
 
 void ScanJob::section_completed(std::unique_ptr<LiveSection> section) {
     done_[section->setup().index] = true;
+    again_.measured[section->setup().index] = section->points();
     left_over_.reset();
     progress(section_text(section->setup().index, section->setup().z_mm) + ": " +
              std::to_string(section->points().size()) + " points");

@@ -36,11 +36,13 @@ SectionFinisher::~SectionFinisher() {
 void SectionFinisher::submit(std::unique_ptr<LiveSection> section) {
     const std::lock_guard lock(mutex_);
     waiting_.push_back(std::move(section));
+    new_sections_ = true;
     begin();
 }
 
 void SectionFinisher::complete() {
     const std::lock_guard lock(mutex_);
+    if (!std::exchange(new_sections_, false)) return;
     complete_ = true;
     begin();
 }
@@ -125,13 +127,14 @@ void SectionFinisher::finish_next(std::unique_lock<std::mutex>& lock) {
     const auto section = std::move(waiting_.front());
     waiting_.pop_front();
     lock.unlock();
+    const bool again = judge_.has(section->setup().index);
     const auto& result = judge_.take_over(section->setup(), judge(judge_.alone(), section->setup(), section->points()));
     std::optional<double> latency_ms;
     if (const auto received = section->last_sample_host_time())
         latency_ms = core::seconds(clock_.now() - *received) * 1e3;
     t_machine_s_ = section->last_machine_time_s();
     announce(result, latency_ms);
-    grown_ = false;
+    grown_ = again;  // the surface through all sections is laid anew
     lock.lock();
     if (latency_ms) latencies_ms_.push_back(*latency_ms);
     rejected_ = rejected_ || result.decision() == Decision::reject;

@@ -42,8 +42,11 @@ class SectionFinisher {
     void rehearse(const SectionSetup& setup, std::vector<RecordedPoint> points, double left_ms);
     /// Whether one of the finished sections is rejected: then the part is, whatever comes.
     bool rejected() const;
-    /// No more sections come: all are compensated by the whole surface.
+    /// No more sections come for now: all are compensated by the whole surface. A section that is submitted again
+    /// afterwards, with more points, takes the place of the first, and asks for it once more.
     void complete();
+    /// As they are judged by now, by index; while idle.
+    std::vector<SectionResult> results() const { return judge_.results(); }
     /// Whether all that was asked for is finished.
     bool idle() const;
     /// Waits until all submitted sections are finished and hands them over, by index.
@@ -73,6 +76,7 @@ class SectionFinisher {
     bool grown_ = true;         // the surface has the last section
     std::deque<std::unique_ptr<LiveSection>> waiting_;
     bool complete_ = false;      // asked for
+    bool new_sections_ = false;  // since it was asked for
     double judgement_ms_ = 0.0;  // what the last section took by itself
     std::vector<double> latencies_ms_;
     bool rejected_ = false;

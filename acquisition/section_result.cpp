@@ -189,6 +189,13 @@ bool PartResult::has_requirements() const {
     return false;
 }
 
+std::map<int, std::size_t> points_of_passes(const SectionResult& section) {
+    std::map<int, std::size_t> count;
+    for (const auto& point : section.points)
+        if (point.pass > 0) ++count[point.pass];
+    return count;
+}
+
 std::vector<std::string> verdict_reasons(const PartResult& part) {
     std::vector<std::string> rejected;
     std::vector<std::string> open;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -55,6 +56,7 @@ struct RecordedPoint {
     Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  ///< part frame
     std::uint16_t flags = 0;
     fitting::PointVerdict verdict;
+    std::uint8_t pass = 0;  ///< 0: of the lap; k: of the kth pass that measured stretches of it again
 };
 
 /// How the ball was taken off a section's contour.
@@ -112,6 +114,9 @@ struct PartResult {
     /// Whether any characteristic carries a requirement.
     bool has_requirements() const;
 };
+
+/// Points of each pass that measured stretches of the section again, by its number.
+std::map<int, std::size_t> points_of_passes(const SectionResult& section);
 
 /// Why the verdict is not accept, one line for each bad section, the rejected ones first: "section 3 (z 40.0):
 /// profile_pressure 0.212 mm +- 0.004 mm > 0.100 mm; also profile_le 0.131 mm".

@@ -66,21 +66,23 @@ SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit>
 SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<RecordedPoint> points) {
     std::vector<Eigen::Vector2d> centres;
     std::vector<fitting::RejectReason> excluded;
-    std::vector<char> kept;
+    std::vector<char> kept, later;
     centres.reserve(points.size());
     excluded.reserve(points.size());
     kept.reserve(points.size());
+    later.reserve(points.size());
     for (const auto& point : points) {
         centres.emplace_back(point.centre_mm.head<2>());
         excluded.push_back(point.verdict.reason);
         kept.push_back(static_cast<char>(point.verdict.kept));
+        later.push_back(static_cast<char>(point.pass > 0));
     }
     auto options = section_options(setup);
     if (!options.le_hint && last_le_mm_) {
         options.le_hint = last_le_mm_;
         options.te_hint = last_te_mm_;
     }
-    auto fit = fitting::fit_section(centres, excluded, options, kept);
+    auto fit = fitting::fit_section(centres, excluded, options, kept, later);
     if (fit && fit->closed) {
         last_le_mm_ = fit->le_point_mm;
         last_te_mm_ = fit->te_point_mm;

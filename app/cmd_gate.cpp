@@ -16,7 +16,9 @@ int run_gate(const GateOptions& options) {
     if (!journal) return report(journal.error(), options.json);
     auto part = acquisition::parse_part_file((*journal)->header().part_text, (*journal)->header().part_path);
     if (!part) return report(part.error(), options.json);
+    const std::size_t looks = part->gate.rule.looks;  // at these points; another file does not change that
     part->gate = *gate;
+    part->gate.rule.looks = looks;
     const auto result = acquisition::results_of_run(run_file, &*part);
     if (!result) return report(result.error(), options.json);
     return print_result(*result, options.input, options.json);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How often decisions are wrong of blades exactly at a limit: `cmmlive_decisions [blades] [bad share] [first blade]`.
+/// How often decisions are wrong of blades exactly at a limit: `cmmlive_decisions once|again|costs [blades] [bad
+/// share]`: judged once, measured until they are decided, and what that costs over a mix of blades.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "tests/acquisition/decision_trials.hpp"
+#include "tests/acquisition/until_decided_trials.hpp"
 
 namespace {
 
@@ -27,11 +29,30 @@ void print(const std::string& name, const Rates& rates) {
 
 }  // namespace
 
+int costs(std::uint64_t blades) {
+    using namespace cmm::acquisition;
+    for (const double sigma_mm : {1e-3, 2e-3, 5e-3}) {
+        std::printf("noise %.0f um: points and seconds a section, %% undecided, wrong, early, measured again\n",
+                    1e3 * sigma_mm);
+        for (const auto& cost : decisions::compare_costs(1, blades, sigma_mm)) {
+            const double n = static_cast<double>(std::max<std::size_t>(1, cost.sections));
+            std::printf("%-30s %7.0f %7.1f %6.2f %6.2f %6.2f %6.2f\n", cost.way.c_str(),
+                        static_cast<double>(cost.points) / n, cost.seconds / n,
+                        100.0 * static_cast<double>(cost.undecided) / n, 100.0 * static_cast<double>(cost.wrong) / n,
+                        100.0 * static_cast<double>(cost.early) / n, 100.0 * static_cast<double>(cost.again) / n);
+        }
+        std::fflush(stdout);
+    }
+    return 0;
+}
+
 int main(int count, char** arguments) {
     using namespace cmm::acquisition;
-    const auto blades = static_cast<std::uint64_t>(count > 1 ? std::atoll(arguments[1]) : 10000);
-    const double bad_share = count > 2 ? std::atof(arguments[2]) : 0.0;
-    auto seed = static_cast<std::uint64_t>(count > 3 ? std::atoll(arguments[3]) : 1);
+    const std::string what = count > 1 ? arguments[1] : "once";
+    const auto blades = static_cast<std::uint64_t>(count > 2 ? std::atoll(arguments[2]) : 10000);
+    if (what == "costs") return costs(blades);
+    const double bad_share = count > 3 ? std::atof(arguments[3]) : 0.0;
+    std::uint64_t seed = 1;
     const auto& families = cmm::fitting::families::all_families;
     const std::vector<double> sigmas_mm{1e-3, 2e-3, 5e-3};
     const std::uint64_t cells = families.size() * sigmas_mm.size();
@@ -45,9 +66,9 @@ int main(int count, char** arguments) {
         task.blades = (blades + cells - 1 - cell) / cells;
         task.bad_share = bad_share;
         seed += task.blades;
-        const auto tables = decisions::run(task);
+        const auto table = what == "again" ? decisions::run_until_decided(task, {}) : decisions::run(task).front();
         const std::string noise = std::to_string(std::lround(1e3 * task.sigmas_mm.front())) + " um";
-        for (const auto& [name, rates] : tables.front()) {
+        for (const auto& [name, rates] : table) {
             all[name].add(rates);
             all[name + " [" + noise + "]"].add(rates);
             all[name + " [" + noise + ", " + cmm::fitting::families::to_string(task.family) + "]"].add(rates);

@@ -32,8 +32,8 @@ constexpr std::size_t longest_loop = 14;  // points
 class CentreFitter {
   public:
     CentreFitter(std::span<const Vec2> centres, std::span<const RejectReason> excluded, std::span<const char> kept,
-                 const SectionOptions& options)
-        : centres_(centres), options_(options) {
+                 std::span<const char> later, const SectionOptions& options)
+        : centres_(centres), later_(later), options_(options) {
         fit_.verdicts.resize(centres.size());
         for (std::size_t i = 0; i < std::min(centres.size(), excluded.size()); ++i)
             fit_.verdicts[i].reason = excluded[i];
@@ -58,6 +58,12 @@ class CentreFitter {
                 fit_.verdicts[i].reason = RejectReason::no_contact;
             excluded[i] = fit_.verdicts[i].reason != RejectReason::none;
         }
+        std::vector<std::size_t> later;
+        for (std::size_t i = 0; i < std::min(centres_.size(), later_.size()); ++i) {
+            if (later_[i] == 0 || excluded[i] != 0) continue;
+            excluded[i] = 1;  // from the lap
+            later.push_back(i);
+        }
         const auto usable = usable_points(centres_, excluded, duplicate);
         // A point on the spot of its predecessor tells nothing; one beside it is judged by the curve, like an overlap.
         std::vector<std::size_t> beside;
@@ -73,6 +79,7 @@ class CentreFitter {
         }
         auto lap = order_lap(centres_, usable, options_.closing_gap_factor, options_.reject_floor_mm);
         if (!lap) return tl::unexpected(lap.error());
+        join_passes(centres_, later, options_.reject_floor_mm, *lap);
         index_ = std::move(lap->index);
         again_ = std::move(lap->again);
         again_.insert(again_.end(), beside.begin(), beside.end());
@@ -259,6 +266,7 @@ class CentreFitter {
 
     CentreCurve fit_;
     std::span<const Vec2> centres_;
+    std::span<const char> later_;
     const SectionOptions& options_;
     std::vector<std::size_t> index_;  // lap position -> input index
     std::vector<std::size_t> again_;  // input indices of the overlap
@@ -272,8 +280,9 @@ class CentreFitter {
 }  // namespace
 
 core::Result<CentreCurve> fit_centre_curve(std::span<const Vec2> centres, std::span<const RejectReason> excluded,
-                                           const SectionOptions& options, std::span<const char> kept) {
-    return CentreFitter(centres, excluded, kept, options).run();
+                                           const SectionOptions& options, std::span<const char> kept,
+                                           std::span<const char> later) {
+    return CentreFitter(centres, excluded, kept, later, options).run();
 }
 
 }  // namespace cmm::fitting

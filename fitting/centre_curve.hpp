@@ -21,6 +21,7 @@ struct CentreCurve {
 
 /// The first half of fit_section: order, bad points, smooth curve. Arguments and errors as there.
 core::Result<CentreCurve> fit_centre_curve(std::span<const Vec2> centres, std::span<const RejectReason> excluded,
-                                           const SectionOptions& options, std::span<const char> kept = {});
+                                           const SectionOptions& options, std::span<const char> kept = {},
+                                           std::span<const char> later = {});
 
 }  // namespace cmm::fitting

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "core/text.hpp"
+#include "fitting/closest_point.hpp"
 #include "fitting/outliers.hpp"
 
 namespace cmm::fitting {
@@ -221,6 +223,47 @@ core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std:
     turn_counter_clockwise(points, is_bad, lap);
     untangle(points, lap.index);
     return lap;
+}
+
+void join_passes(std::span<const Vec2> points, const std::vector<std::size_t>& later, double reject_floor_mm,
+                 Lap& lap) {
+    if (later.empty()) return;
+    std::vector<Vec2> ordered;
+    for (const std::size_t i : lap.index)
+        ordered.push_back(points[i]);
+    const auto bad = find_bad_points(ordered, true, reject_floor_mm).bad;
+    // A bad point stays where its predecessor is.
+    std::vector<Vec2> corners;
+    std::vector<double> breaks{0.0};
+    std::vector<std::pair<double, std::size_t>> along;
+    for (std::size_t k = 0; k < ordered.size(); ++k) {
+        if (!bad[k]) {
+            if (!corners.empty()) breaks.push_back(breaks.back() + (ordered[k] - corners.back()).norm());
+            corners.push_back(ordered[k]);
+        }
+        along.emplace_back(breaks.back(), lap.index[k]);
+    }
+    breaks.push_back(breaks.back() + (corners.front() - corners.back()).norm());
+    std::vector<PiecewiseCubic::Piece> sides;
+    for (std::size_t k = 0; k < corners.size(); ++k) {
+        const Vec2 side = corners[(k + 1) % corners.size()] - corners[k];
+        sides.push_back({corners[k], side.normalized(), Vec2::Zero(), Vec2::Zero()});
+    }
+    const ClosestPointIndex polygon(PiecewiseCubic(breaks, std::move(sides), true));
+    std::size_t span = 0;
+    for (const std::size_t i : later) {
+        const CurveFoot foot = polygon.closest(points[i], span);
+        span = foot.span;
+        along.emplace_back(foot.t, i);
+    }
+    std::stable_sort(along.begin(), along.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    constexpr double same_place_mm = 1e-6;
+    lap.index.clear();
+    for (const auto& [t, i] : along) {
+        const bool same = !lap.index.empty() && (points[i] - points[lap.index.back()]).norm() < same_place_mm;
+        (same ? lap.again : lap.index).push_back(i);
+    }
+    untangle(points, lap.index);
 }
 
 }  // namespace cmm::fitting

@@ -42,10 +42,11 @@ std::string_view to_string(RejectReason reason) noexcept {
 }
 
 core::Result<SectionFit> fit_section(std::span<const Eigen::Vector2d> centres, std::span<const RejectReason> excluded,
-                                     const SectionOptions& options, std::span<const char> kept) {
+                                     const SectionOptions& options, std::span<const char> kept,
+                                     std::span<const char> later) {
     if (!std::isfinite(options.ball_radius_mm) || options.ball_radius_mm < 0.0)
         return core::fail(core::ErrorCode::fit_not_evaluable, "section: the ball radius must be a number, 0 or more");
-    auto centre_curve = fit_centre_curve(centres, excluded, options, kept);
+    auto centre_curve = fit_centre_curve(centres, excluded, options, kept, later);
     if (!centre_curve) return tl::unexpected(centre_curve.error());
     SectionFit fit;
     fit.closed = true;

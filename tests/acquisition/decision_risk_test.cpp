@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tests/acquisition/decision_trials.hpp"
+#include "tests/acquisition/until_decided_trials.hpp"
 
 namespace cmm::acquisition::decisions {
 namespace {
@@ -39,6 +40,29 @@ TEST(DecisionRisk, BladesAtTheirLimitsAreSeldomMisjudged) {
         if (name.starts_with("while measuring")) {
             EXPECT_EQ(rates.rejected, 0U) << name;
         }
+    }
+}
+
+TEST(DecisionRisk, MeasuringUntilDecidedTakesNoMoreRisk) {
+    Table all;
+    std::size_t again = 0;
+    for (const auto family : fitting::families::all_families) {
+        Task task;
+        task.family = family;
+        task.first_seed = 30001;
+        task.blades = 18;
+        task.sigmas_mm = {2e-3};
+        for (const auto& [name, rates] : run_until_decided(task, {})) {
+            if (name.starts_with("measured again"))
+                again += rates.accepted + rates.rejected;
+            else
+                all[name].add(rates);
+        }
+    }
+    EXPECT_GT(again, 5U);
+    for (const auto& [name, rates] : all) {
+        EXPECT_LE(binomial_interval(rates.accepted, rates.trials).first, stated_risk) << name;
+        EXPECT_LE(binomial_interval(rates.rejected, rates.trials).first, stated_risk) << name;
     }
 }
 

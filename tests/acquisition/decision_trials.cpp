@@ -12,74 +12,20 @@
 #include "acquisition/live_section.hpp"
 #include "acquisition/section_setup.hpp"
 #include "support/section_truth.hpp"
+#include "tests/acquisition/decision_subject.hpp"
 
 namespace cmm::acquisition::decisions {
 namespace {
 
 using fitting::families::Blade;
 using fitting::families::BladeScan;
-using fitting::families::Vec2;
 
-constexpr double half_zone_mm = 0.020;
-constexpr double ball_mm = 1.0;
-constexpr int nominal_points = 6000;
-
-/// The nominal that the blade is `over_mm` larger than, all round and exactly: its parallel curve.
-SectionSetup setup_of(const Blade& blade, double over_mm) {
-    NominalContour contour;
-    for (int k = 0; k < nominal_points; ++k) {
-        const auto jet = blade.at(4.0 * k / nominal_points);
-        contour.points.emplace_back(jet.position - over_mm * jet.normal());
-    }
-    fitting::NominalOptions hints;
-    hints.le_hint = blade.le().nose;
-    hints.te_hint = blade.te().nose;
-    auto section = fitting::analyse_nominal(contour.points, hints).value();
-    SectionSetup setup;
-    setup.ball_radius_mm = ball_mm;
-    ReferenceContour reference(contour, section.curve(), ball_mm);
-    setup.nominal = SectionNominal{std::move(section), std::move(reference)};
-    setup.gate.profile_mm = setup.gate.edge_profile_mm = 2.0 * half_zone_mm;
-    // A drawing says what its edges are.
-    const auto model = [](const fitting::families::End& end) {
-        return end.along == end.across ? fitting::EdgeModel::arc : fitting::EdgeModel::ellipse;
-    };
-    setup.fitting.le_model = model(blade.le());
-    setup.fitting.te_model = model(blade.te());
-    return setup;
-}
-
-/// Where the planner has the blade measured, with about so many points.
-std::vector<double> planned_places(const Blade& blade, const SectionSetup& drawn, std::size_t points) {
-    const auto& section = drawn.nominal->section;
-    const auto path = ball_path(section.curve(), ball_mm);
-    SamplingOptions sampling;
-    sampling.pitch_mm = section.curve().length() / static_cast<double>(points);
-    std::vector<BallPoint> sampled;
-    // The edges take more than their length's share; the second time the number is right to a few per cent.
-    for (int attempt = 0; attempt < 2; ++attempt) {
-        sampled = sample_ball_path(path, section, ball_mm, sampling);
-        sampling.pitch_mm *= static_cast<double>(sampled.size()) / static_cast<double>(points);
-    }
+/// Of the points before the path has come round.
+std::vector<double> places_of(const Blade& blade, const PlannedPath& lap) {
     std::vector<double> places;
-    for (const auto& point : std::span(sampled).first(sampled.size() - sampling.overlap))
-        places.push_back(blade.closest(point.centre_mm - ball_mm * point.normal).t);
+    for (const auto& point : std::span(lap.points).first(lap.points.size() - SamplingOptions().overlap))
+        places.push_back(place_of(blade, point));
     return places;
-}
-
-/// A swelling of the suction side whose top alone lies at the limit; its width as a share of the side.
-double swelling_mm(double t, double width) {
-    const double from_top = (t - 3.5) / width;
-    return half_zone_mm * std::exp(-0.5 * from_top * from_top);
-}
-
-std::vector<RecordedPoint> recorded(const std::vector<Vec2>& centres) {
-    std::vector<RecordedPoint> points(centres.size());
-    for (std::size_t i = 0; i < centres.size(); ++i) {
-        points[i].sequence = i + 1;
-        points[i].centre_mm = {centres[i].x(), centres[i].y(), 0.0};
-    }
-    return points;
 }
 
 /// What does not depend on the noise.
@@ -94,7 +40,7 @@ struct Subject {
           drawn(setup_of(blade, 0.0)),
           too_thick(setup_of(blade, half_zone_mm)),
           too_thin(setup_of(blade, -half_zone_mm)),
-          places(planned_places(blade, drawn, task.points)) {
+          places(places_of(blade, planned_lap(drawn, task.points))) {
         drawn.gate.characteristics.resize(1);
         drawn.gate.characteristics.front().kind = CharacteristicKind::stagger;
         drawn.gate.characteristics.front().label = "stagger";
@@ -119,7 +65,7 @@ class Trials {
         for (const auto& [width, where] : {std::pair{0.08, ", at one place"}, std::pair{0.02, ", at a narrow place"}}) {
             BladeScan swollen = plain;
             for (std::size_t i = 0; i < swollen.points.size(); ++i)
-                swollen.points[i] += swelling_mm(swollen.t[i], width) * blade.at(swollen.t[i]).normal();
+                swollen.points[i] += half_zone_mm * swelling(swollen.t[i], width) * blade.at(swollen.t[i]).normal();
             const auto swollen_fit = fitting::fit_section(swollen.points, {}, section_options(subject.drawn));
             profile_at_limit("profile_suction", where, judged(swollen, swollen_fit, subject.drawn));
             count_early(std::string("while measuring") + where, swollen, subject.drawn);

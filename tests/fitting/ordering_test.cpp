@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "fitting/section.hpp"
+#include "support/families.hpp"
 #include "support/truth.hpp"
 
 namespace cmm::fitting {
@@ -108,6 +110,54 @@ TEST(Ordering, KeepsOutWhatIsNoPoint) {
     EXPECT_EQ(usable, (std::vector<std::size_t>{0, 1, 4}));
     EXPECT_TRUE(duplicate[2] && duplicate[6]);
     EXPECT_FALSE(lap_of(points));
+}
+
+/// A pass over a stretch, its points between those of the lap: the fit of both is that of one lap through all of them.
+TEST(Ordering, PointsOfALaterPassGoBetweenThoseOfTheLap) {
+    const auto blade = families::make(families::Family::compressor, 3);
+    std::vector<Vec2> lap, pass, merged;
+    for (int k = 0; k < 800; ++k) {
+        const Vec2 centre = blade.ball_centre(4.0 * k / 800, 1.0);
+        const bool later = k > 620 && k < 760 && k % 2 == 1;
+        (later ? pass : lap).push_back(centre);
+        merged.push_back(centre);
+    }
+    std::vector<Vec2> all = lap;
+    all.insert(all.end(), pass.begin(), pass.end());
+    std::vector<char> is_later(lap.size(), 0);
+    is_later.resize(all.size(), 1);
+    SectionOptions options;
+    options.le_hint = blade.le().nose;
+    options.te_hint = blade.te().nose;
+    const auto joined = fit_section(all, {}, options, {}, is_later);
+    const auto whole = fit_section(merged, {}, options);
+    ASSERT_TRUE(joined && whole);
+    EXPECT_EQ(joined->rejected, 0U);
+    EXPECT_EQ(joined->centres.points.size(), whole->centres.points.size());
+    EXPECT_EQ(joined->centres.points, whole->centres.points);
+    EXPECT_EQ(joined->chord_mm, whole->chord_mm);
+}
+
+/// A bad point of a pass is found among its neighbours of the lap.
+TEST(Ordering, ABadPointOfALaterPassIsFound) {
+    const auto blade = families::make(families::Family::compressor, 3);
+    families::ScanOptions scanning;
+    scanning.bad_share = 0.0;
+    auto points = families::scan(blade, scanning).points;
+    std::vector<char> is_later(points.size(), 0);
+    for (int k = 0; k < 40; ++k) {
+        const double t = 3.3 + 0.01 * k;
+        const auto jet = blade.at(t);
+        points.emplace_back(jet.position + (1.0 + (k == 20 ? 0.2 : 0.0)) * jet.normal());
+        is_later.push_back(1);
+    }
+    SectionOptions options;
+    options.le_hint = blade.le().nose;
+    options.te_hint = blade.te().nose;
+    const auto fit = fit_section(points, {}, options, {}, is_later);
+    ASSERT_TRUE(fit);
+    EXPECT_EQ(fit->rejected, 1U);
+    EXPECT_NE(fit->verdicts[points.size() - 20].reason, RejectReason::none);
 }
 
 }  // namespace
