@@ -80,16 +80,7 @@ class Trials {
         return judge_fit(std::move(section), fit, setup);
     }
 
-    void count(const std::string& name, Decision decision) {
-        Rates& rates = table_[name];
-        if (decision == Decision::not_evaluable || decision == Decision::reported) {
-            ++rates.refused;
-            return;
-        }
-        ++rates.trials;
-        rates.accepted += decision == Decision::accept ? 1 : 0;
-        rates.rejected += decision == Decision::reject ? 1 : 0;
-    }
+    void count(const std::string& name, Decision decision) { table_[name].count(decision); }
 
     /// The true value as the upper limit, and as the lower one.
     void size_at_limit(const std::string& name, const Characteristic* c, double truth) {
@@ -171,6 +162,16 @@ double bisect(const Above& above) {
 }
 
 }  // namespace
+
+void Rates::count(Decision decision) {
+    if (decision == Decision::not_evaluable || decision == Decision::reported) {
+        ++refused;
+        return;
+    }
+    ++trials;
+    accepted += decision == Decision::accept ? 1 : 0;
+    rejected += decision == Decision::reject ? 1 : 0;
+}
 
 void Rates::add(const Rates& other) {
     trials += other.trials;

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/section_result.hpp"
 #include "support/families.hpp"
 
 /// How often decisions are wrong of blades that lie exactly at a limit: the real fit, the real rule, the real watch.
@@ -19,6 +20,7 @@ struct Rates {
 
     double accept_share() const { return trials > 0 ? static_cast<double>(accepted) / static_cast<double>(trials) : 0; }
     double reject_share() const { return trials > 0 ? static_cast<double>(rejected) / static_cast<double>(trials) : 0; }
+    void count(Decision decision);
     void add(const Rates& other);
 };
 /// By the name of what lies at its limit: "chord, upper", "profile_suction, all of it, outside", "while measuring,

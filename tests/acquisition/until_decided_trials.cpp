@@ -19,16 +19,6 @@ double none(double /*t*/) {
     return 0.0;
 }
 
-void count_into(Rates& rates, Decision decision) {
-    if (decision == Decision::not_evaluable || decision == Decision::reported) {
-        ++rates.refused;
-        return;
-    }
-    ++rates.trials;
-    rates.accepted += decision == Decision::accept ? 1 : 0;
-    rates.rejected += decision == Decision::reject ? 1 : 0;
-}
-
 /// One characteristic, its true value being the upper limit; nothing else is judged.
 SectionSetup with_size_at_limit(SectionSetup setup, CharacteristicKind kind, double truth) {
     setup.gate.profile_mm.reset();
@@ -138,7 +128,7 @@ Table run_until_decided(const Task& task, const UntilDecided& bound) {
             for (const auto& name : one.judged) {
                 const auto* c = measured.result.find(name);
                 const std::string row = one.judged.size() > 1 || one.name.front() == ',' ? name + one.name : one.name;
-                count_into(table[row], c != nullptr ? c->decision : Decision::not_evaluable);
+                table[row].count(c != nullptr ? c->decision : Decision::not_evaluable);
             }
             Rates& all = table["measured again (accepted: with one pass, rejected: with more)"];
             ++all.trials;
