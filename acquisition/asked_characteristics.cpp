@@ -7,9 +7,11 @@
 #include <vector>
 
 #include "acquisition/evaluation.hpp"
+#include "acquisition/section_alignment.hpp"
 #include "core/text.hpp"
 #include "fitting/area_measures.hpp"
 #include "fitting/chord.hpp"
+#include "fitting/throat.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -74,8 +76,17 @@ fitting::SectionFit section_of_nominal(const fitting::NominalSection& nominal) {
 AskedCharacteristics::AskedCharacteristics(fitting::MeasuredSection& section,
                                            std::span<const std::optional<double>> deviation_mm,
                                            const fitting::NominalSection* nominal, FormProfile form,
-                                           const DecisionRule& rule)
-    : section_(section), deviation_mm_(deviation_mm), nominal_(nominal), form_(std::move(form)), rule_(rule) {}
+                                           const DecisionRule& rule, const fitting::Datum* datum)
+    : section_(section),
+      deviation_mm_(deviation_mm),
+      nominal_(nominal),
+      form_(std::move(form)),
+      rule_(rule),
+      datum_(datum) {}
+
+fitting::NumberUncertainty AskedCharacteristics::uncertainty(const Measure& measure) const {
+    return section_.uncertainty(datum_ != nullptr ? datum_->of_aligned(measure, section_.contour()) : measure);
+}
 
 core::Result<Measure> AskedCharacteristics::measure(const CharacteristicSpec& spec, fitting::MeasuredSection& section) {
     switch (spec.kind) {
@@ -105,6 +116,9 @@ core::Result<Measure> AskedCharacteristics::measure(const CharacteristicSpec& sp
             return fitting::measure_area(section).centroid_x;
         case Kind::centroid_y:
             return fitting::measure_area(section).centroid_y;
+        case Kind::throat:
+            return fitting::measure_throat(
+                section, spec.pitch_mm * fitting::Vec2(std::cos(spec.direction_rad), std::sin(spec.direction_rad)));
         default:
             return refuse("no measure of the contour alone");
     }
@@ -116,10 +130,7 @@ const core::Result<fitting::BestFit>& AskedCharacteristics::best_fit() {
         best_fit_.emplace(refuse("there is no nominal"));
         return *best_fit_;
     }
-    std::vector<char> use;
-    for (const auto& deviation : deviation_mm_)
-        use.push_back(static_cast<char>(deviation.has_value()));
-    best_fit_.emplace(fitting::fit_to_nominal(section_.contour(), nominal_->curve(), {}, use));
+    best_fit_.emplace(fitting::fit_to_nominal(section_.contour(), nominal_->curve(), {}, reached(deviation_mm_)));
     return *best_fit_;
 }
 
@@ -135,6 +146,14 @@ core::Result<double> AskedCharacteristics::nominal_of(const CharacteristicSpec& 
     const auto measured = measure(spec, *nominal_section_);
     if (!measured) return refuse("of the nominal section: " + measured.error().message);
     return measured->value;
+}
+
+std::optional<SectionPlacement> AskedCharacteristics::placement() {
+    const auto& fit = best_fit();
+    if (!fit) return std::nullopt;
+    const fitting::MeasuredSection* const section = &section_;
+    const auto datum = fitting::datums_of(*fit, {&section, 1});
+    return SectionPlacement{fit->motion.shift_mm, fit->motion.turn_rad, datum.front().covariance};
 }
 
 Characteristic AskedCharacteristics::by_best_fit(const CharacteristicSpec& spec) {
@@ -153,20 +172,20 @@ Characteristic AskedCharacteristics::by_best_fit(const CharacteristicSpec& spec)
                              : spec.kind == Kind::displacement_x ? fit->dx
                                                                  : fit->dy;
     c.value = measure.value;
-    c.u95 = section_.uncertainty(measure).u95;
-    c.note = "of the section against its nominal, about x " + core::fixed(fit->about_mm.x(), 3) + " mm, y " +
-             core::fixed(fit->about_mm.y(), 3) + " mm; " + core::length_text(fit->rms_mm) + " rms are left";
+    c.u95 = uncertainty(measure).u95;
+    c.note = "of the section against its nominal, about x " + core::fixed(fit->motion.about_mm.x(), 3) + " mm, y " +
+             core::fixed(fit->motion.about_mm.y(), 3) + " mm; " + core::length_text(fit->rms_mm) + " rms are left";
     return c;
 }
 
 std::optional<double> nominal_without_section(const CharacteristicSpec& spec) {
-    if (is_profile_form(spec.kind)) return std::nullopt;
+    if (is_zone_width(spec.kind)) return std::nullopt;
     return needs_best_fit(spec.kind) ? spec.nominal.value_or(0.0) : spec.nominal;
 }
 
 void set_limits(const CharacteristicSpec& spec, Characteristic& c) {
     c.required = spec.has_tolerance();
-    if (!c.nominal && !is_profile_form(spec.kind)) return;
+    if (!c.nominal && !is_zone_width(spec.kind)) return;
     const double from = c.nominal.value_or(0.0);
     if (spec.above) c.upper = from + *spec.above;
     if (spec.below) c.lower = from + *spec.below;
@@ -174,7 +193,7 @@ void set_limits(const CharacteristicSpec& spec, Characteristic& c) {
 
 /// Nominal, limits and decision.
 void AskedCharacteristics::require(const CharacteristicSpec& spec, Characteristic& c) {
-    if (!is_profile_form(spec.kind)) {
+    if (!is_zone_width(spec.kind)) {
         const auto nominal = nominal_of(spec);
         if (nominal) {
             c.nominal = *nominal;
@@ -200,10 +219,10 @@ Characteristic AskedCharacteristics::make(const CharacteristicSpec& spec, const 
         const auto measured = measure(spec, section_);
         if (measured) {
             c.method = measured->method;
-            const auto uncertainty = section_.uncertainty(*measured);
+            const auto u = uncertainty(*measured);
             c.value = measured->value;
-            c.u95 = uncertainty.u95;
-            c.note = offset_error_note(uncertainty.offset_error, unit_of(spec.kind));
+            c.u95 = u.u95;
+            c.note = offset_error_note(u.offset_error, unit_of(spec.kind));
         } else {
             c.method = to_string(spec.kind);
             c.decision = Decision::not_evaluable;
@@ -212,6 +231,8 @@ Characteristic AskedCharacteristics::make(const CharacteristicSpec& spec, const 
     }
     c.name = spec.label;
     c.unit = unit_of(spec.kind);
+    if (datum_ != nullptr && is_position(spec))
+        c.note += (c.note.empty() ? "" : "; ") + std::string("of the aligned blade");
     require(spec, c);
     return c;
 }

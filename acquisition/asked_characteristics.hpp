@@ -10,6 +10,7 @@
 #include "acquisition/decision_rule.hpp"
 #include "acquisition/section_result.hpp"
 #include "fitting/best_fit.hpp"
+#include "fitting/datum.hpp"
 #include "fitting/measured_section.hpp"
 #include "fitting/nominal.hpp"
 
@@ -21,18 +22,23 @@ namespace cmm::acquisition {
 class AskedCharacteristics {
   public:
     /// `form`: the deviation profile of a zone after the best fit, given how points go to the nominal's frame; only
-    /// called with a nominal. `deviation_mm`: as of the result, empty without a nominal.
+    /// called with a nominal. `deviation_mm`: as of the result, empty without a nominal. `datum`: by which the section
+    /// was carried into the nominal's frame, where it was; outlives this.
     using FormProfile = std::function<Characteristic(CharacteristicKind, const fitting::BestFit&)>;
     AskedCharacteristics(fitting::MeasuredSection& section, std::span<const std::optional<double>> deviation_mm,
-                         const fitting::NominalSection* nominal, FormProfile form, const DecisionRule& rule);
+                         const fitting::NominalSection* nominal, FormProfile form, const DecisionRule& rule,
+                         const fitting::Datum* datum = nullptr);
 
     /// `known`: what is judged in any case; a radius is taken from there.
+    /// Where the section lies to its nominal; none where there is no best fit.
+    std::optional<SectionPlacement> placement();
     Characteristic make(const CharacteristicSpec& spec, const SectionResult& known);
 
   private:
     core::Result<fitting::Measure> measure(const CharacteristicSpec& spec, fitting::MeasuredSection& section);
     const core::Result<fitting::BestFit>& best_fit();
     core::Result<double> nominal_of(const CharacteristicSpec& spec);
+    fitting::NumberUncertainty uncertainty(const fitting::Measure& measure) const;
     Characteristic by_best_fit(const CharacteristicSpec& spec);
     void require(const CharacteristicSpec& spec, Characteristic& c);
 
@@ -41,6 +47,7 @@ class AskedCharacteristics {
     const fitting::NominalSection* nominal_;
     FormProfile form_;
     DecisionRule rule_;
+    const fitting::Datum* datum_;
     std::optional<core::Result<fitting::BestFit>> best_fit_;
     std::optional<fitting::SectionFit> nominal_fit_;
     std::optional<fitting::MeasuredSection> nominal_section_;

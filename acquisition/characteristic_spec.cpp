@@ -33,13 +33,21 @@ constexpr std::array rows{Row{Kind::chord, "chord", "chord", Unit::mm},
                           Row{Kind::area, "area", "", Unit::mm2},
                           Row{Kind::centroid_x, "centroid_x", "", Unit::mm},
                           Row{Kind::centroid_y, "centroid_y", "", Unit::mm},
+                          Row{Kind::throat, "throat", "", Unit::mm},
                           Row{Kind::displacement_x, "displacement_x", "", Unit::mm},
                           Row{Kind::displacement_y, "displacement_y", "", Unit::mm},
                           Row{Kind::twist, "twist", "twist", Unit::rad},
                           Row{Kind::profile_form_le, "profile_form_le", "lecont", Unit::mm},
                           Row{Kind::profile_form_suction, "profile_form_suction", "cvcont", Unit::mm},
                           Row{Kind::profile_form_te, "profile_form_te", "tecont", Unit::mm},
-                          Row{Kind::profile_form_pressure, "profile_form_pressure", "cccont", Unit::mm}};
+                          Row{Kind::profile_form_pressure, "profile_form_pressure", "cccont", Unit::mm},
+                          Row{Kind::lean_x, "lean_x", "", Unit::mm},
+                          Row{Kind::lean_y, "lean_y", "", Unit::mm},
+                          Row{Kind::bow_x, "bow_x", "", Unit::mm},
+                          Row{Kind::bow_y, "bow_y", "", Unit::mm},
+                          Row{Kind::bow_true_position, "bow_true_position", "bowt", Unit::mm},
+                          Row{Kind::relative_twist, "relative_twist", "", Unit::rad},
+                          Row{Kind::generatrix, "generatrix", "", Unit::mm}};
 
 const Row& row_of(Kind kind) {
     return rows[static_cast<std::size_t>(kind)];
@@ -79,12 +87,12 @@ void read_tolerance(const ConfigTable& table, CharacteristicSpec& spec) {
     spec.nominal = reader.number("nominal", {-1e6, 1e6});
     const auto both = reader.number("tolerance", {1e-9, 1e6});
     const auto below = reader.number("lower", {-1e6, 1e6}), above = reader.number("upper", {-1e6, 1e6});
-    if (is_profile_form(spec.kind)) {
+    if (is_zone_width(spec.kind)) {
         if (spec.nominal || below || above)
             table.complain(reader.key(spec.nominal ? "nominal"
                                       : below      ? "lower"
                                                    : "upper"),
-                           "is not of a profile, whose tolerance is the full width of its zone");
+                           "does not go with a tolerance that is the full width of a zone");
         spec.nominal = 0.0;
         spec.above = both;
         return;
@@ -126,6 +134,25 @@ void read_method(const ConfigTable& table, CharacteristicSpec& spec) {
     }
 }
 
+/// Of what needs several sections.
+void read_ends(const ConfigTable& table, CharacteristicSpec& spec) {
+    const auto section = [&](const char* key) {
+        const auto index = table.integer(key, 0, {0.0, 1e6});
+        return table.has(key) ? std::optional(static_cast<std::size_t>(index)) : std::nullopt;
+    };
+    if (spec.kind == Kind::relative_twist) {
+        spec.reference_section = section("reference_section");
+    } else if (spec.kind == Kind::generatrix) {
+        const bool pressure = table.word("side", "suction", {"suction", "pressure"}) == "pressure";
+        spec.side = pressure ? fitting::Zone::pressure : fitting::Zone::suction;
+        spec.share = table.required_number("share", {0.01, 0.99});
+    } else {
+        spec.root = section("root_section");
+        spec.tip = section("tip_section");
+        if (spec.root && spec.root == spec.tip) table.complain("tip_section", "must differ from root_section");
+    }
+}
+
 void read_places(const ConfigTable& table, CharacteristicSpec& spec) {
     const core::Bounds distance{1e-3, 1e5};
     const bool thickness = spec.kind == Kind::le_thickness || spec.kind == Kind::te_thickness;
@@ -138,6 +165,11 @@ void read_places(const ConfigTable& table, CharacteristicSpec& spec) {
         if (spec.far_mm <= spec.near_mm) table.complain("far_mm", "must be larger than near_mm");
         if (table.word("reference", "x", {"x", "chord"}) == "chord") spec.reference = fitting::AngleReference::chord;
     }
+    if (spec.kind == Kind::throat) {
+        spec.pitch_mm = table.required_number("pitch_mm", distance);
+        spec.direction_rad = core::rad_from_deg(table.number("direction_deg", 90.0, {-360.0, 360.0}));
+    }
+    if (is_of_part(spec.kind)) read_ends(table, spec);
     if (belac) spec.direction_rad = core::rad_from_deg(table.required_number("direction_deg", {-360.0, 360.0}));
 }
 
@@ -147,6 +179,8 @@ std::string default_label(const ConfigTable& table, const CharacteristicSpec& sp
     const bool usual = method.empty() || method == "nosetail" || method == "max_inscribed" || method == "inscribed";
     if (!usual) label += "_" + method;
     if (spec.distance_mm > 0.0) label += "_" + short_number(spec.distance_mm);
+    if (spec.kind == Kind::generatrix)
+        label += (spec.side == fitting::Zone::pressure ? "_pressure_" : "_suction_") + short_number(spec.share);
     if (spec.far_mm > 0.0) label += "_" + short_number(spec.near_mm) + "_" + short_number(spec.far_mm);
     return label;
 }
@@ -174,11 +208,40 @@ Unit unit_of(CharacteristicKind kind) noexcept {
 }
 
 bool is_profile_form(CharacteristicKind kind) noexcept {
-    return kind >= Kind::profile_form_le;
+    return kind >= Kind::profile_form_le && kind <= Kind::profile_form_pressure;
+}
+
+bool is_of_part(CharacteristicKind kind) noexcept {
+    return kind >= Kind::lean_x;
+}
+
+bool is_zone_width(CharacteristicKind kind) noexcept {
+    return is_profile_form(kind) || kind == Kind::bow_true_position || kind == Kind::generatrix;
 }
 
 bool needs_best_fit(CharacteristicKind kind) noexcept {
     return kind >= Kind::displacement_x;
+}
+
+bool is_position(const CharacteristicSpec& spec) noexcept {
+    switch (spec.kind) {
+        case Kind::axial_chord:
+        case Kind::stagger:
+        case Kind::centroid_x:
+        case Kind::centroid_y:
+        case Kind::throat:
+        case Kind::displacement_x:
+        case Kind::displacement_y:
+        case Kind::twist:
+            return true;
+        case Kind::chord:
+            return spec.chord == fitting::ChordMethod::belac || spec.chord == fitting::ChordMethod::x_axis;
+        case Kind::le_angle:
+        case Kind::te_angle:
+            return spec.reference == fitting::AngleReference::x_axis;
+        default:
+            return false;
+    }
 }
 
 bool CharacteristicSpec::is_of(std::size_t section) const {

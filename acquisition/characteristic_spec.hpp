@@ -31,6 +31,7 @@ enum class CharacteristicKind : std::uint8_t {
     area,
     centroid_x,
     centroid_y,
+    throat,
     displacement_x,
     displacement_y,
     twist,
@@ -38,6 +39,13 @@ enum class CharacteristicKind : std::uint8_t {
     profile_form_suction,
     profile_form_te,
     profile_form_pressure,
+    lean_x,
+    lean_y,
+    bow_x,
+    bow_y,
+    bow_true_position,
+    relative_twist,
+    generatrix,
 };
 std::string_view to_string(CharacteristicKind kind) noexcept;
 /// By our name or a keyword of the field (CHORD, CHDANG, MAXTHK, LETHCK, TWIST, CCCONT, ...), in capitals or not.
@@ -46,6 +54,13 @@ Unit unit_of(CharacteristicKind kind) noexcept;
 /// Forms after the best fit to the nominal: displacement, twist, profile_form_*.
 bool needs_best_fit(CharacteristicKind kind) noexcept;
 bool is_profile_form(CharacteristicKind kind) noexcept;
+/// Needs several sections (part_characteristics.hpp).
+bool is_of_part(CharacteristicKind kind) noexcept;
+/// The tolerance is the full width of a zone about nought: profile_form_*, bow_true_position, generatrix.
+bool is_zone_width(CharacteristicKind kind) noexcept;
+struct CharacteristicSpec;
+/// Whether the number changes when the whole section is moved: displacement, centroid, angles and lengths by the axes.
+bool is_position(const CharacteristicSpec& spec) noexcept;
 
 /// One [[characteristic]] of a part file. Lengths in mm, angles in rad.
 struct CharacteristicSpec {
@@ -57,6 +72,10 @@ struct CharacteristicSpec {
     fitting::AngleReference reference = fitting::AngleReference::x_axis;
     double direction_rad = 0.0;
     double distance_mm = 0.0, near_mm = 0.0, far_mm = 0.0;
+    double pitch_mm = 0.0;                                    ///< of a throat, along `direction_rad`
+    std::optional<std::size_t> root, tip, reference_section;  ///< absent: the lowest, the highest, the root
+    fitting::Zone side = fitting::Zone::suction;              ///< of a generatrix
+    double share = 0.0;                                       ///< of the side's length, from the LE
     std::optional<double> nominal;       ///< absent: that of the nominal section, by the same method
     std::optional<double> below, above;  ///< tolerance: lowest and highest deviation from the nominal
     std::vector<std::size_t> sections;   ///< by index; empty: all

@@ -35,14 +35,13 @@ const char* symbol(Unit unit) {
     return unit == Unit::mm ? "mm" : unit == Unit::rad ? "\u00b0" : unit == Unit::mm2 ? "mm\u00b2" : "";
 }
 
-std::string row(const SectionResult& section, const Characteristic& c) {
+std::string row(const std::string& place, const Characteristic& c) {
     const auto deviation = c.value && c.nominal ? std::optional(*c.value - *c.nominal) : std::nullopt;
     std::string decision(to_string(c.decision));
     const std::string css = decision;
     std::replace(decision.begin(), decision.end(), '_', ' ');
-    const std::string index = std::to_string(section.index);
-    std::string out = "<tr><td><a href=\"#section-" + index + "\">" + index + "</a></td><td class=\"word\" title=\"" +
-                      escape(c.method) + "\">" + escape(c.name) + "</td><td>" + symbol(c.unit) + "</td>";
+    std::string out = "<tr><td>" + place + "</td><td class=\"word\" title=\"" + escape(c.method) + "\">" +
+                      escape(c.name) + "</td><td>" + symbol(c.unit) + "</td>";
     out += c.value ? number(c.value, c.unit) : "<td class=\"not_evaluable\">n/e</td>";
     out += number(c.u95, c.unit) + number(c.nominal, c.unit) + number(deviation, c.unit) + number(c.lower, c.unit) +
            number(c.upper, c.unit);
@@ -55,10 +54,15 @@ std::string row(const SectionResult& section, const Characteristic& c) {
 }  // namespace
 
 std::string characteristic_table(const PartResult& part) {
+    const auto link = [](std::size_t index) {
+        return "<a href=\"#section-" + std::to_string(index) + "\">" + std::to_string(index) + "</a>";
+    };
     std::string rows;
+    for (const auto& [c, section] : part.characteristics)
+        rows += row(section ? link(*section) : "part", c);
     for (const auto& section : part.sections)
         for (const auto& c : section.characteristics)
-            if (was_asked_for(c)) rows += row(section, c);
+            if (was_asked_for(c)) rows += row(link(section.index), c);
     if (rows.empty()) return {};
     return "<h2>Characteristics</h2>\n<div class=\"sheet wide\"><table><thead><tr><th>Section</th><th "
            "class=\"word\">Characteristic</th><th></th><th>Value</th><th>U95</th><th>Nominal</th><th>Deviation</th>"

@@ -71,7 +71,8 @@ double largest_um(const SectionResult& section, const ZoneLimits& limits) {
     const auto& contour = section.fit->contour;
     double largest = 1.0;
     for (std::size_t i = 0; i < contour.size(); ++i) {
-        largest = std::max({largest, um_from_mm(std::abs(section.deviation_mm[i].value_or(0.0)) + contour[i].u95_mm),
+        largest = std::max({largest,
+                            um_from_mm(std::abs(section.deviation_mm[i].value_or(0.0)) + section.deviation_u95_mm(i)),
                             0.5 * limit_um(limits, contour[i].zone)});
     }
     return largest;
@@ -93,7 +94,7 @@ Unrolled unroll(const SectionResult& section, const Run& run) {
         out.at_mm.push_back((k == 0 ? 0.0 : out.at_mm.back()) + step);
         const auto deviation = section.deviation_mm[i];
         out.deviation_um.push_back(deviation ? std::optional(um_from_mm(*deviation)) : std::nullopt);
-        out.u95_um.push_back(um_from_mm(contour[i].u95_mm));
+        out.u95_um.push_back(um_from_mm(section.deviation_u95_mm(i)));
     }
     return out;
 }

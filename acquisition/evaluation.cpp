@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "acquisition/asked_characteristics.hpp"
+#include "acquisition/span_point.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "fitting/chord.hpp"
@@ -32,7 +33,7 @@ constexpr std::array profile_zones{
 constexpr double places_of_a_point = 3.0;
 constexpr double shown_share = 0.0005;  // of a zone that is not evaluable: below 0.1 % nothing is said
 constexpr const char* not_reached = "not evaluable there: the ball does not reach";
-constexpr const char* profile_method = "line profile ISO 1101, 2 max|d|, nominal frame";
+constexpr const char* profile_method = "line profile ISO 1101, 2 max|d|, ";
 constexpr const char* radius_method = "orthogonal-distance circle through the edge's points";
 constexpr const char* chord_method = "NOSETAIL: between the points where the camber line leaves the section";
 constexpr const char* thickness_method = "MAX_INSCRIBED: diameter of the largest inscribed circle";
@@ -52,11 +53,11 @@ std::optional<double> limit_of(const ProfileZone& zone, const EvaluationOptions&
 
 /// Half the 95 % interval of a deviation that is the largest of a zone: found among as many places as there are
 /// independent values of the noise, about one for three points, in each of four zones.
-double u95_of_worst(const ContourPoint& worst, const SectionResult& section) {
+double u95_of_worst(const ContourPoint& worst, double u95_mm, const SectionResult& section) {
     constexpr double points_of_a_value = 12.0;
     const auto used = static_cast<double>(section.points.size() - section.rejected());
     const double k = std::max(2.0, fitting::coverage_95_of_largest(std::max(1.0, used / points_of_a_value)));
-    return 0.5 * k * (worst.u95_mm - worst.offset_error_mm) + worst.offset_error_mm;
+    return 0.5 * k * (u95_mm - worst.offset_error_mm) + worst.offset_error_mm;
 }
 
 /// What lies between the largest deviation of a zone and the largest that its places may have, and have for certain.
@@ -69,9 +70,9 @@ class ZoneGuards {
         : coverage_(coverage),
           deviate_(fitting::upper_deviate_of_largest(rule.risk_of_look(), std::max(1.0, points))) {}
 
-    void add(const ContourPoint& place, double deviation_mm) {
+    void add(const ContourPoint& place, double u95_mm, double deviation_mm) {
         const double size = std::abs(deviation_mm), bound = place.offset_error_mm + place.bound_mm;
-        const double sigma = std::max(0.0, place.u95_mm - bound) / coverage_;
+        const double sigma = std::max(0.0, u95_mm - bound) / coverage_;
         largest_ = std::max(largest_, size);
         at_most_ = std::max(at_most_, size + deviate_ * sigma + bound);
         at_least_ = std::max(at_least_, size - deviate_ * sigma - bound);
@@ -84,15 +85,15 @@ class ZoneGuards {
     double largest_ = 0.0, at_most_ = 0.0, at_least_ = std::numeric_limits<double>::lowest();
 };
 
-std::string profile_method_of(const fitting::FilterSpec& filter) {
+std::string profile_method_of(const fitting::FilterSpec& filter, const std::string& frame) {
     static constexpr std::array<std::pair<fitting::FilterKind, const char*>, 3> names{
         {{fitting::FilterKind::gaussian, "Gaussian filter ISO 16610-21"},
          {fitting::FilterKind::spline, "spline filter ISO 16610-22"},
          {fitting::FilterKind::robust_gaussian, "robust Gaussian filter ISO 16610-31"}}};
     for (const auto& [kind, name] : names)
         if (kind == filter.kind)
-            return profile_method + std::string(", ") + name + ", cut-off " + core::fixed(filter.cutoff_mm, 3) + " mm";
-    return profile_method;
+            return profile_method + frame + ", " + name + ", cut-off " + core::fixed(filter.cutoff_mm, 3) + " mm";
+    return profile_method + frame;
 }
 
 std::string worst_note(double deviation_mm, const Vector2d& at) {
@@ -100,12 +101,21 @@ std::string worst_note(double deviation_mm, const Vector2d& at) {
            core::fixed(at.x(), 3) + " mm, y " + core::fixed(at.y(), 3) + " mm";
 }
 
-/// `deviation` is filtered, a value for each contour point. A filter takes noise away; the uncertainty stays that of
-/// the contour.
-Characteristic profile(const ProfileZone& zone, const SectionResult& section, const std::vector<ContourPoint>& contour,
-                       const fitting::FilteredZones& deviation, const EvaluationOptions& options) {
+/// Deviations of a contour in a frame, filtered, a value for each of its points. A filter takes noise away; the
+/// uncertainty stays that of the contour and of the alignment.
+struct Compared {
+    const std::vector<ContourPoint>& contour;
+    const fitting::FilteredZones& deviation;
+    const Alignment& alignment;
+    std::string frame;
+};
+
+Characteristic profile(const ProfileZone& zone, const SectionResult& section, const Compared& compared,
+                       const EvaluationOptions& options) {
+    const auto& contour = compared.contour;
+    const auto& deviation = compared.deviation;
     const auto limit = limit_of(zone, options);
-    const std::string method = profile_method_of(options.filters.at(zone.zone));
+    const std::string method = profile_method_of(options.filters.at(zone.zone), compared.frame);
     std::optional<std::size_t> worst;
     std::size_t points = 0;
     std::size_t judged = 0;
@@ -119,7 +129,7 @@ Characteristic profile(const ProfileZone& zone, const SectionResult& section, co
         ++points;
         if (!deviation.values[i]) continue;
         ++judged;
-        guards.add(contour[i], *deviation.values[i]);
+        guards.add(contour[i], aligned_u95_mm(contour[i], compared.alignment), *deviation.values[i]);
         if (!worst || std::abs(*deviation.values[i]) > std::abs(*deviation.values[*worst])) worst = i;
     }
     if (points == 0) return not_evaluable(zone.name, method, limit, "the contour has no such zone");
@@ -127,9 +137,8 @@ Characteristic profile(const ProfileZone& zone, const SectionResult& section, co
         return not_evaluable(zone.name, method, limit, why);
     if (!worst) return not_evaluable(zone.name, method, limit, not_reached);
     const double largest = *deviation.values[*worst];
-    Characteristic c{
-        zone.name,          method, 2.0 * std::abs(largest), 2.0 * u95_of_worst(contour[*worst], section), limit,
-        Decision::reported, {}};
+    const double u95_mm = u95_of_worst(contour[*worst], aligned_u95_mm(contour[*worst], compared.alignment), section);
+    Characteristic c{zone.name, method, 2.0 * std::abs(largest), 2.0 * u95_mm, limit, Decision::reported, {}};
     c.note = worst_note(largest, contour[*worst].position_mm);
     if (const auto note = offset_error_note(contour[*worst].offset_error_mm, Unit::mm); !note.empty())
         c.note += "; " + note;
@@ -241,8 +250,10 @@ void add_sizes(SectionResult& section, fitting::MeasuredSection& measured, const
 /// The profiles after the best fit: the contour is carried into the frame of the nominal, once for all zones.
 class FormProfiles {
   public:
-    FormProfiles(const SectionResult& section, const ReferenceContour* nominal, const EvaluationOptions& options)
-        : section_(section), nominal_(nominal) {
+    /// `contour`: of which the best fit is.
+    FormProfiles(const SectionResult& section, const std::vector<ContourPoint>& contour,
+                 const ReferenceContour* nominal, const EvaluationOptions& options)
+        : section_(section), contour_(contour), nominal_(nominal) {
         unlimited_.filters = options.filters;
         unlimited_.rule = options.rule;
     }
@@ -254,25 +265,26 @@ class FormProfiles {
         const Zone zone = zones[static_cast<std::size_t>(kind) - first];
         const auto& of_zone = *std::find_if(profile_zones.begin(), profile_zones.end(),
                                             [&](const ProfileZone& z) { return z.zone == zone; });
-        Characteristic c = profile(of_zone, section_, moved_, filtered_, unlimited_);
-        c.method += ", after the best fit of the section";
-        return c;
+        return profile(of_zone, section_, {moved_, filtered_, unaligned_, "after the best fit of the section"},
+                       unlimited_);
     }
 
   private:
     void compare(const fitting::BestFit& fit) {
-        moved_ = section_.fit->contour;
+        moved_ = contour_;
         for (auto& point : moved_) {
-            point.position_mm = fit.in_nominal(point.position_mm);
-            point.normal = fit.direction_in_nominal(point.normal);
+            point.position_mm = fit.motion.undo(point.position_mm);
+            point.normal = fit.motion.undo_on_direction(point.normal);
         }
         auto compared = moved_;  // takes the offset error of the nominal's lean, which the contour has already
         filtered_ = fitting::filter_zones(moved_, nominal_->compare(compared), unlimited_.filters);
     }
 
     const SectionResult& section_;
+    const std::vector<ContourPoint>& contour_;
     const ReferenceContour* nominal_;
     EvaluationOptions unlimited_;
+    Alignment unaligned_;
     std::vector<ContourPoint> moved_;
     fitting::FilteredZones filtered_;
 };
@@ -287,21 +299,27 @@ void replace_or_add(Characteristic c, SectionResult& section) {
 }
 
 void add_asked(SectionResult& section, fitting::MeasuredSection& measured, const ReferenceContour* nominal,
-               const fitting::NominalSection* curve, const EvaluationOptions& options) {
-    FormProfiles forms(section, nominal, options);
+               const fitting::NominalSection* curve, const EvaluationOptions& options, const fitting::Datum* datum) {
+    FormProfiles forms(section, measured.fit().contour, nominal, options);
     const auto form = [&](CharacteristicKind kind, const fitting::BestFit& fit) { return forms.of(kind, fit); };
-    AskedCharacteristics asked(measured, section.deviation_mm, nominal != nullptr ? curve : nullptr, form,
-                               options.rule);
+    AskedCharacteristics asked(measured, section.deviation_mm, nominal != nullptr ? curve : nullptr, form, options.rule,
+                               datum);
     for (const auto& spec : options.asked) {
-        if (!spec.is_of(section.index)) continue;
-        replace_or_add(asked.make(spec, section), section);
+        if (!is_of_part(spec.kind)) {
+            if (spec.is_of(section.index)) replace_or_add(asked.make(spec, section), section);
+        } else if (spec.kind != CharacteristicKind::generatrix) {
+            if (!section.placement) section.placement = asked.placement();
+        } else if (nominal != nullptr && section.alignment.state != Alignment::State::refused) {
+            if (auto point = span_point(*section.fit, *curve, section.alignment.motion, spec))
+                section.span_points.push_back(std::move(*point));
+        }
     }
 }
 
 /// What was asked for of a section that has no contour.
 void add_asked_not_evaluable(SectionResult& section, const EvaluationOptions& options) {
     for (const auto& spec : options.asked) {
-        if (!spec.is_of(section.index)) continue;
+        if (is_of_part(spec.kind) || !spec.is_of(section.index)) continue;
         auto c = not_evaluable(spec.label, std::string(to_string(spec.kind)), {}, section.why);
         c.unit = unit_of(spec.kind);
         c.nominal = nominal_without_section(spec);
@@ -310,14 +328,16 @@ void add_asked_not_evaluable(SectionResult& section, const EvaluationOptions& op
     }
 }
 
+void add_profiles_not_evaluable(SectionResult& section, const EvaluationOptions& options, const std::string& why) {
+    for (const auto& zone : profile_zones) {
+        const auto method = profile_method_of(options.filters.at(zone.zone), frame_words(options.alignment));
+        section.characteristics.push_back(not_evaluable(zone.name, method, limit_of(zone, options), why));
+    }
+}
+
 void add_nothing_evaluable(SectionResult& section, bool with_profiles, const EvaluationOptions& options) {
     auto& out = section.characteristics;
-    if (with_profiles) {
-        for (const auto& zone : profile_zones) {
-            out.push_back(not_evaluable(zone.name, profile_method_of(options.filters.at(zone.zone)),
-                                        limit_of(zone, options), section.why));
-        }
-    }
+    if (with_profiles) add_profiles_not_evaluable(section, options, section.why);
     out.push_back(not_evaluable("le_radius", radius_method, {}, section.why));
     out.push_back(not_evaluable("te_radius", radius_method, {}, section.why));
     out.push_back(not_evaluable("chord", chord_method, {}, section.why));
@@ -336,6 +356,99 @@ void take_fit(SectionResult& section, core::Result<fitting::SectionFit> fit) {
     }
     section.fit = std::move(*fit);
     if (!section.closed()) section.why = "the section is not closed";
+}
+
+/// Finds the alignment where it is the section's own matter, and takes the deviations after it.
+void compare_with(const ReferenceContour& nominal, const fitting::NominalSection* curve,
+                  const EvaluationOptions& options, const SectionAlignment* shared, SectionResult& section) {
+    auto& contour = section.fit->contour;
+    if (options.alignment.kind == AlignmentKind::none) {
+        section.deviation_mm = nominal.compare(contour);
+        return;
+    }
+    if (shared != nullptr) {
+        section.alignment = shared->alignment;
+        if (!section.alignment.done()) return;
+    } else {
+        const auto own = align_section(*section.fit, nominal, curve->curve(), options.alignment,
+                                       {options.profile_mm, options.edge_profile_mm});
+        if (!own) {
+            section.alignment.state = Alignment::State::refused;
+            section.alignment.spec = options.alignment;
+            section.alignment.note = own.error().message;
+            return;
+        }
+        section.alignment = own->alignment;
+        if (options.alignment.kind == AlignmentKind::blade) {
+            section.alignment.state = Alignment::State::provisional;
+            section.alignment.note = "by this section alone";
+        }
+    }
+    const auto& motion = section.alignment.motion;
+    section.deviation_mm = compare_aligned(contour, nominal, motion);
+    for (auto& point : section.nominal_contour)
+        point = motion.apply(point);
+}
+
+void add_profiles(SectionResult& section, const EvaluationOptions& options) {
+    if (section.alignment.state == Alignment::State::refused)
+        return add_profiles_not_evaluable(section, options, section.alignment.note);
+    const std::string frame = frame_words(options.alignment);
+    const auto& contour = section.fit->contour;
+    const auto filtered = fitting::filter_zones(contour, section.deviation_mm, options.filters);
+    for (const auto& zone : profile_zones)
+        section.characteristics.push_back(
+            profile(zone, section, {contour, filtered, section.alignment, frame}, options));
+}
+
+/// The profiles that are out however the section is moved: after the motion that brings it as far into its zones as can
+/// be, which is freer than any of the whole blade. None of those that a filter judges.
+std::vector<Characteristic> out_for_certain(const SectionResult& section, const ReferenceContour& nominal,
+                                            const fitting::NominalSection& curve, const EvaluationOptions& options) {
+    AlignmentSpec best;
+    best.kind = AlignmentKind::section;
+    best.objective = fitting::FitObjective::into_tolerance;
+    ProfileWidths widths{options.profile_mm, options.edge_profile_mm};
+    if (options.filters.at(Zone::suction).kind != fitting::FilterKind::none) widths.side_mm.reset();
+    if (options.filters.at(Zone::le).kind != fitting::FilterKind::none) widths.edge_mm.reset();
+    const auto aligned = align_section(*section.fit, nominal, curve.curve(), best, widths);
+    if (!aligned) return {};
+    auto contour = section.fit->contour;
+    const auto deviation = compare_aligned(contour, nominal, aligned->alignment.motion);
+    const auto filtered = fitting::filter_zones(contour, deviation, {});
+    std::vector<Characteristic> out;
+    for (const auto& zone : profile_zones) {
+        if (!(zone.edge ? widths.edge_mm : widths.side_mm)) continue;
+        auto c = profile(zone, section, {contour, filtered, aligned->alignment, frame_words(best)}, options);
+        if (c.decision != Decision::reject) continue;
+        c.note += "; no motion of the blade brings it in";
+        out.push_back(std::move(c));
+    }
+    return out;
+}
+
+/// What may still change with the alignment of the blade is not decided yet.
+void leave_open(SectionResult& section, const ReferenceContour& nominal, const fitting::NominalSection& curve,
+                const EvaluationOptions& options) {
+    std::vector<std::string_view> names;
+    for (const auto& zone : profile_zones)
+        names.emplace_back(zone.name);
+    for (const auto& spec : options.asked)
+        if (spec.is_of(section.index) && is_position(spec)) names.emplace_back(spec.label);
+    bool out = false;
+    for (auto& c : section.characteristics) {
+        if (std::find(names.begin(), names.end(), c.name) == names.end()) continue;
+        if (c.decision != Decision::accept && c.decision != Decision::reject) continue;
+        out = out || c.decision == Decision::reject;
+        c.decision = Decision::undecided;
+        c.note += "; provisional until the whole blade is aligned";
+    }
+    if (!out) return;
+    for (auto& certain : out_for_certain(section, nominal, curve, options)) {
+        const auto same = std::find_if(section.characteristics.begin(), section.characteristics.end(),
+                                       [&](const Characteristic& c) { return c.name == certain.name; });
+        if (same != section.characteristics.end()) *same = std::move(certain);
+    }
 }
 
 }  // namespace
@@ -358,8 +471,12 @@ void decide(Characteristic& c, const DecisionRule& rule) {
 
 SectionResult evaluate_section(SectionResult section, core::Result<fitting::SectionFit> fit,
                                const ReferenceContour* nominal, const EvaluationOptions& options,
-                               const fitting::NominalSection* curve) {
+                               const fitting::NominalSection* curve, const SectionAlignment* shared) {
     section.characteristics.clear();
+    section.deviation_mm.clear();
+    section.alignment = {};
+    section.placement.reset();
+    section.span_points.clear();
     take_fit(section, std::move(fit));
     if (nominal != nullptr) section.nominal_contour = nominal->points();
     if (!section.why.empty()) {
@@ -367,14 +484,18 @@ SectionResult evaluate_section(SectionResult section, core::Result<fitting::Sect
         return section;
     }
     if (nominal != nullptr) {
-        section.deviation_mm = nominal->compare(section.fit->contour);
-        const auto filtered = fitting::filter_zones(section.fit->contour, section.deviation_mm, options.filters);
-        for (const auto& zone : profile_zones)
-            section.characteristics.push_back(profile(zone, section, section.fit->contour, filtered, options));
+        compare_with(*nominal, curve, options, shared, section);
+        add_profiles(section, options);
     }
-    fitting::MeasuredSection measured(*section.fit);
+    // Positions are those in the frame of the blade, where it has one; the contour of the result stays as measured.
+    std::optional<fitting::SectionFit> in_datum;
+    const fitting::Datum* datum = shared != nullptr && shared->alignment.done() ? &shared->datum : nullptr;
+    if (datum != nullptr) in_datum = fitting::undone(*section.fit, datum->motion);
+    fitting::MeasuredSection measured(in_datum ? *in_datum : *section.fit);
     add_sizes(section, measured, options);
-    add_asked(section, measured, nominal, curve, options);
+    add_asked(section, measured, nominal, curve, options, datum);
+    if (nominal != nullptr && section.alignment.state == Alignment::State::provisional)
+        leave_open(section, *nominal, *curve, options);
     return section;
 }
 

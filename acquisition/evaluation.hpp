@@ -8,6 +8,7 @@
 #include "acquisition/characteristic_spec.hpp"
 #include "acquisition/decision_rule.hpp"
 #include "acquisition/reference_contour.hpp"
+#include "acquisition/section_alignment.hpp"
 #include "acquisition/section_result.hpp"
 #include "acquisition/tolerance_watch.hpp"
 #include "core/error.hpp"
@@ -25,6 +26,7 @@ struct EvaluationOptions {
     /// Of the edges, as the fit was told; a radius of another form is none. Absent: the points chose.
     std::optional<fitting::EdgeModel> le_model, te_model;
     DecisionRule rule;
+    AlignmentSpec alignment;
 };
 
 /// Holds value and limits against each other by the rule; the guard bands are those of the characteristic, or of its
@@ -40,9 +42,15 @@ std::string offset_error_note(double error, Unit unit);
 /// does not reach are left out of them and counted. Uncertainty: that of the fit, and, added as a bound because its
 /// sign is known and it is not corrected, the 2-D offset error by the nominal's lean at each surface point. Pure; any
 /// thread. `curve`: the nominal as a section, beside `nominal`.
+///
+/// Alignment of the section: deviations and profiles after its best fit, positions (displacement, centroid, angles
+/// from x) in the frame as measured. Of the blade: all of it in the frame that `shared` says; without it, or while that
+/// is provisional, what depends on it is decided only where no motion can bring the section in, else left undecided.
+/// An alignment that is refused leaves the profiles not evaluable.
 SectionResult evaluate_section(SectionResult section, core::Result<fitting::SectionFit> fit,
                                const ReferenceContour* nominal, const EvaluationOptions& options,
-                               const fitting::NominalSection* curve = nullptr);
+                               const fitting::NominalSection* curve = nullptr,
+                               const SectionAlignment* shared = nullptr);
 
 /// Of a section that is not complete: what is out of tolerance all the same. Its uncertainty and guard are those of the
 /// watch.

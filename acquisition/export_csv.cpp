@@ -48,6 +48,24 @@ std::string cell(const std::optional<double>& value, Unit unit) {
     return value && unit == Unit::rad ? cell(core::deg_from_rad(*value)) : cell(value);
 }
 
+/// Of the alignment, where the part has one: at the end of a row.
+constexpr const char* alignment_columns =
+    ",alignment,shift_x_mm,shift_x_standard_mm,shift_y_mm,shift_y_standard_mm,turn_deg,turn_standard_deg,alignment_rms_"
+    "mm,"
+    "alignment_condition,alignment_rounds";
+
+std::string alignment_cells(const Alignment& alignment) {
+    std::string out = "," + std::string(to_string(alignment.state));
+    if (!alignment.done()) return out + std::string(9, ',');
+    const auto standard = [&](Eigen::Index k) { return std::sqrt(std::max(0.0, alignment.covariance(k, k))); };
+    const auto& motion = alignment.motion;
+    for (const double value :
+         {motion.shift_mm.x(), standard(0), motion.shift_mm.y(), standard(1), core::deg_from_rad(motion.turn_rad),
+          core::deg_from_rad(standard(2)), alignment.rms_mm, alignment.condition})
+        out += ',' + cell(value);
+    return out + ',' + std::to_string(alignment.rounds);
+}
+
 void append(std::string& out, const Eigen::Vector3d& p) {
     out += cell(p.x()) + ',' + cell(p.y()) + ',' + cell(p.z());
 }
@@ -62,6 +80,8 @@ std::string sections_csv(const PartResult& part) {
         for (const std::string& last : {suffix, "_u95" + suffix, std::string("_decision")})
             out.append(",").append(name).append(last);
     }
+    const bool aligned = part.alignment() != nullptr;
+    if (aligned) out += alignment_columns;
     out += '\n';
     for (const auto& section : part.sections) {
         out += std::to_string(section.index) + ',' + cell(section.z_mm) + ',' + std::to_string(section.points.size()) +
@@ -72,7 +92,21 @@ std::string sections_csv(const PartResult& part) {
                                 : ',' + cell(c->value, c->unit) + ',' + cell(c->u95, c->unit) + ',' +
                                       std::string(to_string(c->decision));
         }
+        if (aligned) out += alignment_cells(section.alignment);
         out += '\n';
+    }
+    return out;
+}
+
+std::string part_csv(const PartResult& part) {
+    std::string out = "name,section,unit,value,u95,nominal,lower,upper,decision\n";
+    for (const auto& [c, section] : part.characteristics) {
+        const bool angle = c.unit == Unit::rad;
+        out += c.name + ',' + (section ? std::to_string(*section) : std::string()) + ',' +
+               (angle ? "deg" : std::string(to_string(c.unit)));
+        for (const auto& value : {c.value, c.u95, c.nominal, c.lower, c.upper})
+            out += ',' + cell(value, c.unit);
+        out += ',' + std::string(to_string(c.decision)) + '\n';
     }
     return out;
 }
@@ -90,7 +124,7 @@ std::string section_csv(const SectionResult& section) {
                (point.lean_rad ? core::fixed(std::sin(lean_rad), unit_digits) : "0") + ',' +
                std::string(fitting::to_string(point.zone)) + ',';
         if (i < section.deviation_mm.size() && section.deviation_mm[i]) out += cell(*section.deviation_mm[i]);
-        out += ',' + cell(point.u95_mm) + '\n';
+        out += ',' + cell(section.deviation_u95_mm(i)) + '\n';
     }
     return out;
 }

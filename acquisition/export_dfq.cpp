@@ -84,7 +84,10 @@ std::string dfq_text(const PartResult& part) {
     text.field("K1001", part.part_name);
     text.field("K1002", part.part_name);
     text.field("K1082", part.machine);
-    text.field("K1900", part.software_version + ", run " + part.run_id);
+    const Alignment* alignment = part.alignment();
+    const bool of_blade = alignment != nullptr && alignment->spec.kind == AlignmentKind::blade;
+    text.field("K1900", part.software_version + ", run " + part.run_id +
+                            (of_blade ? ", alignment of the blade " + alignment_words(*alignment) : std::string()));
     for (std::size_t k = 0; k < entries.size(); ++k)
         describe(text, entries[k], k + 1);
     for (std::size_t k = 0; k < entries.size(); ++k) {

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -81,6 +82,33 @@ Json measured_again(const SectionResult& section) {
     return passes;
 }
 
+Json alignment(const Alignment& alignment) {
+    Json out{{"state", to_string(alignment.state)}};
+    if (alignment.state == Alignment::State::none) return out;
+    const auto standard = [&](Eigen::Index k) { return number(std::sqrt(std::max(0.0, alignment.covariance(k, k)))); };
+    out["kind"] = to_string(alignment.spec.kind);
+    out["objective"] = fitting::to_string(alignment.spec.objective);
+    out["free"] = free_words(alignment.spec);
+    if (alignment.done()) {
+        const auto& motion = alignment.motion;
+        out["about_x_mm"] = number(motion.about_mm.x());
+        out["about_y_mm"] = number(motion.about_mm.y());
+        out["shift_x_mm"] = number(motion.shift_mm.x());
+        out["shift_x_standard_mm"] = standard(0);
+        out["shift_y_mm"] = number(motion.shift_mm.y());
+        out["shift_y_standard_mm"] = standard(1);
+        out["turn_rad"] = number(motion.turn_rad);
+        out["turn_standard_rad"] = standard(2);
+        out["rms_mm"] = number(alignment.rms_mm);
+        out["largest_mm"] = number(alignment.largest_mm);
+        out["condition"] = number(alignment.condition);
+        out["rounds"] = alignment.rounds;
+        out["sections"] = alignment.sections;
+    }
+    if (!alignment.note.empty()) out["note"] = alignment.note;
+    return out;
+}
+
 Json section_of(const SectionResult& section) {
     Json characteristics = Json::array();
     for (const auto& c : section.characteristics)
@@ -92,7 +120,8 @@ Json section_of(const SectionResult& section) {
              {"rejected", section.rejected()},
              {"closed", section.closed()},
              {"decision", to_string(section.decision())},
-             {"compensation", compensation(section.compensation)}};
+             {"compensation", compensation(section.compensation)},
+             {"alignment", alignment(section.alignment)}};
     if (auto again = measured_again(section); !again.empty()) out["measured_again"] = std::move(again);
     if (section.closed()) {
         out["contour_file"] = "section-" + std::to_string(section.index) + ".csv";
@@ -114,6 +143,11 @@ std::string result_json(const PartResult& part) {
     Json sections = Json::array();
     for (const auto& section : part.sections)
         sections.push_back(section_of(section));
+    Json of_part = Json::array();
+    for (const auto& [c, section] : part.characteristics) {
+        of_part.push_back(characteristic(c));
+        of_part.back()["section"] = section ? Json(*section) : Json(nullptr);
+    }
     const Json out{
         {"schema", "cmmlive-result"},
         {"schema_version", 1},
@@ -128,6 +162,7 @@ std::string result_json(const PartResult& part) {
           {"software_version", part.software_version},
           {"ball_radius_mm", number(part.ball_radius_mm)},
           {"complete", part.complete}}},
+        {"characteristics", std::move(of_part)},
         {"sections", std::move(sections)}};
     // Names come from files of the user: bytes that are not UTF-8 are replaced, not thrown at him.
     return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

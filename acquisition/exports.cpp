@@ -23,6 +23,7 @@ core::Status make_folder(const std::string& dir) {
 core::Status export_csv(const PartResult& part, const std::string& dir) {
     auto status = make_folder(dir);
     if (status) status = core::write_file(dir + "/sections.csv", sections_csv(part));
+    if (status && !part.characteristics.empty()) status = core::write_file(dir + "/part.csv", part_csv(part));
     if (status) status = core::write_file(dir + "/points.csv", points_csv(part));
     if (status) status = core::write_file(dir + "/rejected.csv", rejected_csv(part));
     for (const auto& section : part.sections) {

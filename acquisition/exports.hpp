@@ -12,6 +12,8 @@ namespace cmm::acquisition {
 
 /// One row a section.
 std::string sections_csv(const PartResult& part);
+/// One row a characteristic that needs several sections; angles in degrees.
+std::string part_csv(const PartResult& part);
 /// The part contour: closed (last row joins the first), counter-clockwise seen from +Z. Empty without a closed fit.
 std::string section_csv(const SectionResult& section);
 /// Every recorded point of every section, used or not, in the form that `cmmlive fit` reads.

@@ -263,6 +263,8 @@ core::Result<PartFile> parse_part_file(std::string_view text, const std::string&
     part.gate = read_gate(root->table("gate"));
     if (part.scan.until_decided) part.gate.rule.looks = 1 + part.scan.until_decided->passes;
     part.gate.characteristics = read_characteristics(root->tables("characteristic"));
+    part.alignment = read_alignment(root->table("alignment"), part.nominal.kind != NominalKind::none,
+                                    part.gate.profile_mm.has_value(), part.gate.edge_profile_mm.has_value());
     root->ignore("actual");
     if (auto status = root->finish(); !status) return tl::unexpected(std::move(status.error()));
     return part;
@@ -271,7 +273,7 @@ core::Result<PartFile> parse_part_file(std::string_view text, const std::string&
 core::Result<GateSpec> load_gate_file(const std::string& path) {
     const auto root = ConfigTable::load(path);
     if (!root) return tl::unexpected(root.error());
-    for (const char* other : {"part", "nominal", "stylus", "scan", "fitting", "actual"})
+    for (const char* other : {"part", "nominal", "stylus", "scan", "fitting", "alignment", "actual"})
         root->ignore(other);
     if (!root->has("gate") && !root->has("characteristic"))
         root->complain("gate", "is missing: a table with profile_mm, edge_profile_mm");

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/alignment.hpp"
 #include "acquisition/characteristic_spec.hpp"
 #include "acquisition/decision_rule.hpp"
 #include "acquisition/until_decided.hpp"
@@ -77,6 +78,7 @@ struct PartFile {
     StylusSpec stylus;
     ScanSpec scan;
     FittingSpec fitting;
+    AlignmentSpec alignment;
     GateSpec gate;
 };
 

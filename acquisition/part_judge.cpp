@@ -47,7 +47,7 @@ const SectionResult& PartJudge::take_over(const SectionSetup& setup, SectionResu
     const auto place = static_cast<std::size_t>(known - sections_.begin());
     if (known == sections_.end()) sections_.push_back(std::make_unique<Judged>());
     Judged& judged = *sections_[place];
-    judged = Judged{&setup, std::move(result), {}};
+    judged = Judged{&setup, std::move(result), {}, {}};
     if (by_surface(judged)) {
         judged.flat = judged.result.fit;
         judged.result.compensation.state = Compensation::State::provisional;
@@ -114,9 +114,56 @@ std::vector<SectionResult> PartJudge::results() const {
     return all;
 }
 
-std::vector<const SectionResult*> PartJudge::begin_completion() {
+/// All sections as one body, by their contours as they are now.
+void PartJudge::align() {
+    aligned_ = true;
+    std::vector<AlignedMember> members;
+    for (const Judged* const section : to_align_)
+        members.push_back(
+            {&*section->result.fit, &section->setup->nominal->section.curve(), reached(section->result.deviation_mm)});
+    const auto& setup = *to_align_.front()->setup;
+    auto found = align_blade(members, setup.alignment, {setup.gate.profile_mm, setup.gate.edge_profile_mm});
+    for (std::size_t k = 0; k < to_align_.size(); ++k) {
+        auto& alignment = to_align_[k]->alignment;
+        if (found) {
+            alignment = std::move((*found)[k]);
+            if (!whole_) {
+                alignment->alignment.state = Alignment::State::provisional;
+                alignment->alignment.note = "by the sections that were measured";
+            }
+        } else {
+            alignment.emplace();
+            alignment->alignment.spec = setup.alignment;
+            alignment->alignment.state = Alignment::State::refused;
+            alignment->alignment.note = found.error().message;
+        }
+    }
+}
+
+const SectionResult* PartJudge::align_next() {
+    if (to_align_.empty()) return nullptr;
+    if (!aligned_) align();
+    Judged& section = *to_align_.back();
+    to_align_.pop_back();
+    auto fit = std::move(*section.result.fit);
+    section.result = judge_fit(std::move(section.result), std::move(fit), *section.setup, &*section.alignment);
+    return &section.result;
+}
+
+std::vector<const SectionResult*> PartJudge::begin_completion(bool whole) {
     growing_.reset();
     top_ = nullptr;
+    to_align_.clear();
+    whole_ = whole;
+    aligned_ = false;
+    for (const auto& section : sections_) {
+        // One that could not be laid onto the nominal even by itself stays as it is.
+        const bool takes_part = section->setup->alignment.kind == AlignmentKind::blade && section->result.closed() &&
+                                section->result.alignment.done();
+        if (takes_part) to_align_.push_back(section.get());
+    }
+    std::stable_sort(to_align_.begin(), to_align_.end(),
+                     [](const Judged* a, const Judged* b) { return a->result.z_mm > b->result.z_mm; });
     std::vector<Judged*> upwards;
     for (const auto& section : sections_)
         if (section->flat) upwards.push_back(section.get());
@@ -147,17 +194,17 @@ std::vector<const SectionResult*> PartJudge::begin_completion() {
 }
 
 const SectionResult* PartJudge::complete_next() {
-    if (!completion_ || completion_->left.empty()) return nullptr;
+    if (!completion_ || completion_->left.empty()) return align_next();
     Judged& section = *completion_->left.back();
     completion_->left.pop_back();
     compensate(section, completion_->surface);
     return &section.result;
 }
 
-std::vector<const SectionResult*> PartJudge::complete() {
-    auto revised = begin_completion();
+std::vector<const SectionResult*> PartJudge::complete(bool whole) {
+    auto revised = begin_completion(whole);
     while (const auto* section = complete_next())
-        revised.push_back(section);
+        if (std::find(revised.begin(), revised.end(), section) == revised.end()) revised.push_back(section);
     return revised;
 }
 
@@ -168,6 +215,7 @@ std::vector<SectionResult> PartJudge::take() {
     sections_.clear();
     growing_.reset();
     completion_.reset();
+    to_align_.clear();
     top_ = nullptr;
     std::stable_sort(results.begin(), results.end(), [](const auto& a, const auto& b) { return a.index < b.index; });
     return results;

@@ -16,7 +16,8 @@ namespace cmm::acquisition {
 /// scan, run file and point file all take it. A section is first judged by itself, compensated in its plane, and
 /// provisional; when its neighbours are there, by the surface through all ball centres. Give it the sections in order,
 /// as SectionJudge wants them. One owner; deterministic: what `complete` leaves depends on the sections and their order
-/// alone, not on calls of `grow`.
+/// alone, not on calls of `grow`. Where the whole blade is aligned, that is done once when no more sections come, and
+/// every section is judged anew by it.
 class PartJudge {
   public:
     /// Judges a section by itself, as SectionJudge does. `setup` outlives the judge.
@@ -31,14 +32,15 @@ class PartJudge {
     /// has neighbours on both sides now. Bounded: the surface is that of the newest sections. Returns what has changed,
     /// valid until the next call.
     std::vector<const SectionResult*> grow();
-    /// No more sections come: all are compensated by the surface through all of them. Returns as above.
-    std::vector<const SectionResult*> complete();
+    /// No more sections come: all are compensated by the surface through all of them, and aligned. `whole`: they are
+    /// all that the part has; otherwise the alignment of the blade stays provisional. Returns as above.
+    std::vector<const SectionResult*> complete(bool whole = true);
 
     /// The same as `complete`, step by step for those who have other work between the steps: lays the surface, then ...
-    std::vector<const SectionResult*> begin_completion();
+    std::vector<const SectionResult*> begin_completion(bool whole = true);
     /// ... judges one section anew; nullptr: there is none left.
     const SectionResult* complete_next();
-    bool completing() const { return completion_ && !completion_->left.empty(); }
+    bool completing() const { return (completion_ && !completion_->left.empty()) || !to_align_.empty(); }
 
     /// Whether this section has been judged; a second time it takes the place of the first.
     bool has(std::size_t index) const;
@@ -51,7 +53,8 @@ class PartJudge {
     struct Judged {
         const SectionSetup* setup = nullptr;
         SectionResult result;
-        std::optional<fitting::SectionFit> flat;  ///< as it was compensated in its plane
+        std::optional<fitting::SectionFit> flat;    ///< as it was compensated in its plane
+        std::optional<SectionAlignment> alignment;  ///< of the whole blade
     };
     /// All sections are here; those of `left` are not yet compensated by the surface through all.
     struct Completion {
@@ -60,6 +63,8 @@ class PartJudge {
     };
     bool by_surface(const Judged& judged) const;
     core::Status add_to(fitting::SurfaceCompensation& surface, const Judged& judged) const;
+    void align();
+    const SectionResult* align_next();
     void stay_flat(Judged& judged, const core::Error& why);
     void compensate(Judged& judged, const fitting::SurfaceCompensation& surface);
 
@@ -68,6 +73,8 @@ class PartJudge {
     std::optional<fitting::SurfaceCompensation> growing_;
     Judged* top_ = nullptr;  // of the growing surface
     std::optional<Completion> completion_;
+    std::vector<Judged*> to_align_;  ///< the lowest last; judged anew when the blade is aligned
+    bool whole_ = true, aligned_ = false;
 };
 
 }  // namespace cmm::acquisition

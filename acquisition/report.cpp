@@ -111,6 +111,19 @@ std::string fact(const char* name, const std::string& value) {
                          : "<div><dt>" + std::string(name) + "</dt><dd>" + escape(value) + "</dd></div>\n";
 }
 
+std::string reference_of(const PartResult& part) {
+    if (!part.has_nominal) return "none: measured without a nominal";
+    const Alignment* alignment = part.alignment();
+    return "nominal contour, " + frame_words(alignment != nullptr ? alignment->spec : AlignmentSpec{});
+}
+
+/// Of the blade; that of single sections stands with each of them.
+std::string alignment_of(const PartResult& part) {
+    const Alignment* alignment = part.alignment();
+    return alignment != nullptr && alignment->spec.kind == AlignmentKind::blade ? alignment_words(*alignment)
+                                                                                : std::string();
+}
+
 std::string head(const PartResult& part) {
     std::size_t points = 0;
     std::size_t rejected = 0;
@@ -125,7 +138,7 @@ std::string head(const PartResult& part) {
            "</span></div></div>\n<dl class=\"facts\">\n";
     out += fact("Serial number", part.part_serial) + fact("Machine", part.machine) + fact("Started", part.started_utc) +
            fact("Run", part.run_id) + fact("Stylus ball radius", mm(part.ball_radius_mm) + " mm") +
-           fact("Reference", part.has_nominal ? "nominal contour, nominal frame" : "none: measured without a nominal") +
+           fact("Reference", reference_of(part)) + fact("Alignment", alignment_of(part)) +
            fact("Points", std::to_string(points) + " recorded, " + std::to_string(rejected) + " rejected") +
            fact("Software", part.software_version);
     out += "</dl>\n";
@@ -278,6 +291,9 @@ std::string section_sheet(const SectionResult& section, double ball_radius_mm) {
     if (section.closed()) {
         out += ", scatter " + core::fixed(section.fit->noise_sigma_mm * 1e3, 1) + " \u00b5m (1 \u03c3)";
         out += compensation_text(section.compensation);
+        if (section.alignment.spec.kind == AlignmentKind::section ||
+            section.alignment.state == Alignment::State::refused)
+            out += ", alignment " + escape(alignment_words(section.alignment));
         if (const auto count = section.not_reached(); count > 0)
             out += ", the ball does not reach " + std::to_string(count) + " of " +
                    std::to_string(section.fit->contour.size()) + " contour points";
@@ -317,6 +333,10 @@ std::string methods(const PartResult& part) {
            "section; contacts lie one ball radius inside the surface through the ball centres of all sections, along "
            "its normal. 2-D: the ball radius is taken off in the plane of the section, along the normal of the fitted "
            "curve of ball centres.</td></tr>\n"
+           "<tr><td>Alignment</td><td>Nominal frame: the machine\u2019s part frame is that of the nominal. Best fit: "
+           "the nominal laid onto the measured contour by closest points, each with the length of contour that it "
+           "stands for; of the section by itself (form without location) or of all sections as one rigid body. "
+           "Deviations are taken after it, and their U95 holds its standard uncertainty.</td></tr>\n"
            "<tr><td>Reach</td><td>Hollows of the nominal that are sharper than the ball are not compared: the ball "
            "rests "
            "on "

@@ -5,6 +5,7 @@
 #include <deque>
 #include <utility>
 
+#include "acquisition/part_characteristics.hpp"
 #include "acquisition/part_judge.hpp"
 #include "acquisition/section_setup.hpp"
 
@@ -62,6 +63,7 @@ core::Result<PartResult> results_of_points(const std::vector<PointSection>& sect
     }
     judge.complete();
     result.sections = judge.take();
+    add_part_characteristics(used.gate.characteristics, used.gate.rule, result);
     if (auto status = choice.all_found(); !status) return tl::unexpected(status.error());
     return result;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "acquisition/part_characteristics.hpp"
 #include "acquisition/part_judge.hpp"
 
 namespace cmm::acquisition {
@@ -66,6 +67,12 @@ core::Result<const SectionSetup*> RunReview::setup(std::size_t index) {
     return &setups_.emplace(index, std::move(*made)).first->second;
 }
 
+bool RunReview::whole() const {
+    const auto& sections = recorded_.all();
+    return sections.size() == part_.scan.heights_mm.size() &&
+           std::all_of(sections.begin(), sections.end(), [](const auto& one) { return one.finished; });
+}
+
 core::Status RunReview::judge_all() {
     const auto& sections = recorded_.all();
     for (std::size_t i = 0; i < sections.size(); ++i) {
@@ -88,11 +95,13 @@ core::Status RunReview::judge_all() {
         if (closed(judged)) compensated_all_ = false;
         judged_.push_back(std::move(judged));
     }
+    if (compensated_whole_ != whole() && part_.alignment.kind == AlignmentKind::blade) compensated_all_ = false;
+    compensated_whole_ = whole();
     if (std::exchange(compensated_all_, true)) return {};
     PartJudge judge;
     for (const auto& judged : judged_)
         if (judged.result.closed()) judge.take_over(setups_.at(judged.result.index), judged.result);
-    judge.complete();
+    judge.complete(compensated_whole_);
     compensated_ = judge.take();
     return {};
 }
@@ -123,10 +132,10 @@ core::Result<PartResult> RunReview::result() {
     result.has_nominal = has_nominal();
     result.decision_rule = part_.gate.rule.worded();
     const auto& sections = recorded_.all();
-    result.complete = sections.size() == part_.scan.heights_mm.size() &&
-                      std::all_of(sections.begin(), sections.end(), [](const auto& one) { return one.finished; });
+    result.complete = whole();
     for (std::size_t place = 0; place < sections.size(); ++place)
         result.sections.push_back(at(place));
+    add_part_characteristics(part_.gate.characteristics, part_.gate.rule, result);
     if (auto status = choice_.all_found(); !status) return tl::unexpected(status.error());
     return result;
 }

@@ -51,6 +51,8 @@ class RunReview {
         SectionResult result;
         SectionJudge judge;  // as it was left
     };
+    /// Every section of the plan is recorded to its end.
+    bool whole() const;
     core::Status judge_all();
     const SectionResult& at(std::size_t place) const;
     RunReview(std::unique_ptr<Journal> journal, PartFile part, std::shared_ptr<const Nominal> nominal);
@@ -65,6 +67,7 @@ class RunReview {
     std::vector<Judged> judged_;              // each by itself, in order
     std::vector<SectionResult> compensated_;  // those that are closed, as the sections beside them say
     bool compensated_all_ = true;             // and none has come or gone since
+    bool compensated_whole_ = false;          // they were all that the plan has
 };
 
 }  // namespace cmm::acquisition

@@ -10,6 +10,7 @@
 
 #include "acquisition/event_payload.hpp"
 #include "acquisition/json_text.hpp"
+#include "acquisition/part_characteristics.hpp"
 #include "acquisition/plan_check.hpp"
 #include "acquisition/recorded_machine.hpp"
 #include "acquisition/touch_way.hpp"
@@ -42,7 +43,7 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
             input == SessionInput::succeeded && state_ != SessionState::stopping && state_ != SessionState::flushing;
         if (stop_requested_ && going_on) input = SessionInput::stop_requested;
     }
-    finisher_->complete();
+    finisher_->complete(!error_ && !done_.empty() && std::find(done_.begin(), done_.end(), false) == done_.end());
     co_await all_judged();
     ScanOutcome outcome;
     outcome.result.sections = finisher_->take_all();
@@ -63,6 +64,7 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
     outcome.result.has_nominal = request_.nominal != nullptr;
     outcome.result.decision_rule = request_.part.gate.rule.worded();
     outcome.result.complete = !outcome.error && outcome.result.sections.size() == plan_.paths.size();
+    add_part_characteristics(request_.part.gate.characteristics, request_.part.gate.rule, outcome.result);
     const std::string verdict(to_string(outcome.result.verdict()));
     if (journal_ && (outcome.result.complete || (!outcome.error && rejected()))) {
         auto finish = [this, verdict] { return journal_->finish_run(verdict); };

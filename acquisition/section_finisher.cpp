@@ -40,9 +40,10 @@ void SectionFinisher::submit(std::unique_ptr<LiveSection> section) {
     begin();
 }
 
-void SectionFinisher::complete() {
+void SectionFinisher::complete(bool whole) {
     const std::lock_guard lock(mutex_);
     if (!std::exchange(new_sections_, false)) return;
+    whole_ = whole;
     complete_ = true;
     begin();
 }
@@ -100,8 +101,9 @@ void SectionFinisher::step() {
         if (!waiting_.empty()) {
             finish_next(lock);
         } else if (std::exchange(complete_, false)) {
+            const bool whole = whole_;
             lock.unlock();
-            announce_revised(judge_.begin_completion());
+            announce_revised(judge_.begin_completion(whole));
         } else {
             lock.unlock();
             if (const auto* section = judge_.complete_next()) announce_revised({section});

@@ -42,9 +42,10 @@ class SectionFinisher {
     void rehearse(const SectionSetup& setup, std::vector<RecordedPoint> points, double left_ms);
     /// Whether one of the finished sections is rejected: then the part is, whatever comes.
     bool rejected() const;
-    /// No more sections come for now: all are compensated by the whole surface. A section that is submitted again
-    /// afterwards, with more points, takes the place of the first, and asks for it once more.
-    void complete();
+    /// No more sections come for now: all are compensated by the whole surface, and aligned. A section that is
+    /// submitted again afterwards, with more points, takes the place of the first, and asks for it once more. `whole`:
+    /// as of PartJudge::complete.
+    void complete(bool whole = true);
     /// As they are judged by now, by index; while idle.
     std::vector<SectionResult> results() const { return judge_.results(); }
     /// Whether all that was asked for is finished.
@@ -77,6 +78,7 @@ class SectionFinisher {
     std::deque<std::unique_ptr<LiveSection>> waiting_;
     bool complete_ = false;      // asked for
     bool new_sections_ = false;  // since it was asked for
+    bool whole_ = true;
     double judgement_ms_ = 0.0;  // what the last section took by itself
     std::vector<double> latencies_ms_;
     bool rejected_ = false;

@@ -2,11 +2,13 @@
 #include "acquisition/section_result.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <span>
 
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "fitting/datum.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -69,17 +71,24 @@ std::string causes(std::vector<const Characteristic*> all) {
     return names + cause(worst) + also;
 }
 
-/// Why a section is rejected, or else why it is open; empty when it is neither.
-std::string reason(const SectionResult& section) {
-    std::vector<const Characteristic*> rejected;
-    std::vector<const Characteristic*> open;
-    for (const auto& c : section.characteristics) {
+struct NotAccepted {
+    std::vector<const Characteristic*> rejected, open;
+};
+NotAccepted not_accepted(std::span<const Characteristic> all) {
+    NotAccepted out;
+    for (const auto& c : all) {
         if (c.decision == Decision::reject) {
-            rejected.push_back(&c);
+            out.rejected.push_back(&c);
         } else if (c.has_requirement() && c.decision != Decision::accept && c.decision != Decision::reported) {
-            open.push_back(&c);
+            out.open.push_back(&c);
         }
     }
+    return out;
+}
+
+/// Why a section is rejected, or else why it is open; empty when it is neither.
+std::string reason(const SectionResult& section) {
+    const auto [rejected, open] = not_accepted(section.characteristics);
     const std::string out = rejected.empty() ? "" : causes(rejected);
     if (section.closed()) return rejected.empty() && !open.empty() ? causes(open) : out;
     return out + (out.empty() ? "" : "; ") + (section.why.empty() ? "not closed" : section.why);
@@ -153,6 +162,20 @@ std::size_t SectionResult::not_reached() const {
     return static_cast<std::size_t>(std::count(deviation_mm.begin(), deviation_mm.end(), std::nullopt));
 }
 
+double SectionResult::deviation_u95_mm(std::size_t point) const {
+    return aligned_u95_mm(fit->contour[point], alignment);
+}
+
+double aligned_u95_mm(const fitting::ContourPoint& point, const Alignment& alignment) {
+    constexpr double coverage = 2.0;
+    if (!alignment.done()) return point.u95_mm;
+    // Noise in quadrature; what is a bound is added.
+    const double added = point.bound_mm + point.offset_error_mm;
+    const double by_motion =
+        coverage * fitting::normal_uncertainty(alignment.motion, alignment.covariance, point.position_mm, point.normal);
+    return std::hypot(std::max(0.0, point.u95_mm - added), by_motion) + added;
+}
+
 const Characteristic* SectionResult::find(std::string_view characteristic_name) const {
     const auto at = std::find_if(characteristics.begin(), characteristics.end(),
                                  [&](const Characteristic& c) { return c.name == characteristic_name; });
@@ -160,14 +183,16 @@ const Characteristic* SectionResult::find(std::string_view characteristic_name) 
 }
 
 Decision SectionResult::decision() const {
-    Decision worst = closed() ? Decision::reported : Decision::undecided;
-    for (const auto& c : characteristics) {
-        if (c.decision == Decision::reject) return Decision::reject;
-        const bool open_requirement = c.decision == Decision::not_evaluable && c.has_requirement();
-        if (c.decision == Decision::undecided || open_requirement) worst = Decision::undecided;
-        if (c.decision == Decision::accept && worst == Decision::reported) worst = Decision::accept;
-    }
-    return worst;
+    const auto [rejected, open] = not_accepted(characteristics);
+    if (!rejected.empty()) return Decision::reject;
+    if (!open.empty() || !closed()) return Decision::undecided;
+    const bool accepted = std::any_of(characteristics.begin(), characteristics.end(),
+                                      [](const Characteristic& c) { return c.decision == Decision::accept; });
+    return accepted ? Decision::accept : Decision::reported;
+}
+
+std::string name_of(const PartCharacteristic& c) {
+    return c.number.name + (c.section ? " of section " + std::to_string(*c.section) : std::string());
 }
 
 Decision PartResult::verdict() const {
@@ -177,7 +202,17 @@ Decision PartResult::verdict() const {
         if (decision == Decision::reject) return Decision::reject;
         if (decision == Decision::undecided) worst = Decision::undecided;
     }
+    for (const auto& [c, section] : characteristics) {
+        if (c.decision == Decision::reject) return Decision::reject;
+        if (c.has_requirement() && c.decision != Decision::accept) worst = Decision::undecided;
+    }
     return worst;
+}
+
+const Alignment* PartResult::alignment() const {
+    for (const auto& section : sections)
+        if (section.alignment.state != Alignment::State::none) return &section.alignment;
+    return nullptr;
 }
 
 bool PartResult::has_requirements() const {
@@ -186,7 +221,8 @@ bool PartResult::has_requirements() const {
             if (c.has_requirement()) return true;
         }
     }
-    return false;
+    return std::any_of(characteristics.begin(), characteristics.end(),
+                       [](const PartCharacteristic& c) { return c.number.has_requirement(); });
 }
 
 std::map<int, std::size_t> points_of_passes(const SectionResult& section) {
@@ -204,6 +240,14 @@ std::vector<std::string> verdict_reasons(const PartResult& part) {
         if (text.empty()) continue;
         (section.decision() == Decision::reject ? rejected : open).push_back(where(section) + ": " + text);
     }
+    std::vector<Characteristic> of_part;
+    for (const auto& c : part.characteristics) {
+        of_part.push_back(c.number);
+        of_part.back().name = name_of(c);
+    }
+    const auto of_parts = not_accepted(of_part);
+    if (!of_parts.rejected.empty()) rejected.push_back("part: " + causes(of_parts.rejected));
+    if (of_parts.rejected.empty() && !of_parts.open.empty()) open.push_back("part: " + causes(of_parts.open));
     if (!part.complete) open.push_back("the measurement ended before all sections were measured");
     if (part.sections.empty()) open.push_back("no section was measured");
     rejected.insert(rejected.end(), open.begin(), open.end());

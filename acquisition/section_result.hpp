@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "acquisition/alignment.hpp"
 #include "core/error.hpp"
 #include "fitting/section.hpp"
 
@@ -74,6 +75,19 @@ struct Compensation {
 /// "2d", "provisional", "final".
 std::string_view to_string(Compensation::State state) noexcept;
 
+/// Where a section lies to its nominal by its best fit (least squares), in the frame of the blade's alignment if there
+/// is one; standard covariance of shift x, shift y (mm) and turn (rad) by the section's own points.
+struct SectionPlacement {
+    Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();
+    double turn_rad = 0.0;
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+/// The deviation at one place of the nominal, for a line along the span.
+struct SpanPoint {
+    std::string label;
+    double deviation_mm = 0.0, standard_mm = 0.0;
+};
+
 /// A finished section. `fit` is absent where the points do not determine a section; `why` says it.
 struct SectionResult {
     std::size_t index = 0;  ///< 0-based, order of measurement
@@ -82,10 +96,14 @@ struct SectionResult {
     std::vector<RecordedPoint> points;
     std::optional<fitting::SectionFit> fit;
     std::string why;  ///< not evaluable because ...
-    /// Signed distance along the normal of the nominal, one per fit->contour point, none where the ball does not reach
-    /// the nominal; empty without a nominal.
+    /// Signed distance along the normal of the nominal, after the alignment, one per fit->contour point, none where the
+    /// ball does not reach the nominal; empty without a nominal, and where the alignment was refused.
     std::vector<std::optional<double>> deviation_mm;
-    std::vector<Eigen::Vector2d> nominal_contour;  ///< for the pictures; empty without a nominal
+    /// For the pictures: the nominal laid onto the measured section; empty without a nominal.
+    std::vector<Eigen::Vector2d> nominal_contour;
+    Alignment alignment;
+    std::optional<SectionPlacement> placement;  ///< where a characteristic of the part asks for it
+    std::vector<SpanPoint> span_points;         ///< likewise
     std::vector<Characteristic> characteristics;
     Compensation compensation;
 
@@ -93,10 +111,23 @@ struct SectionResult {
     std::size_t rejected() const;
     /// Contour points without a deviation because the ball does not reach there.
     std::size_t not_reached() const;
+    /// U95 of the deviation at a contour point, with that of the alignment.
+    double deviation_u95_mm(std::size_t point) const;
     const Characteristic* find(std::string_view characteristic_name) const;
     /// Worst decision of its requirements: reject, undecided, accept; `reported` when it has none and is closed.
     Decision decision() const;
 };
+
+/// Half the 95 % interval of a deviation at a contour point, with that of the alignment (k = 2).
+double aligned_u95_mm(const fitting::ContourPoint& point, const Alignment& alignment);
+
+/// A characteristic that needs several sections.
+struct PartCharacteristic {
+    Characteristic number;
+    std::optional<std::size_t> section;  ///< of which it says something; none: of the part
+};
+/// "bow_x of section 2", "lean_x".
+std::string name_of(const PartCharacteristic& c);
 
 /// A whole part with all that the files and the report say about it. A value.
 struct PartResult {
@@ -107,10 +138,13 @@ struct PartResult {
     std::string decision_rule;  ///< in a sentence
     bool complete = true;       ///< false: the scan ended early; then the verdict cannot be accept
     std::vector<SectionResult> sections;
+    std::vector<PartCharacteristic> characteristics;  ///< that need several sections
 
     /// reject before undecided before accept. A part without requirements is accepted when all of it was measured:
     /// "done".
     Decision verdict() const;
+    /// What was asked for, by a section that has it; nullptr: no alignment.
+    const Alignment* alignment() const;
     /// Whether any characteristic carries a requirement.
     bool has_requirements() const;
 };

@@ -18,6 +18,7 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
     setup.ball_radius_mm = part.stylus.radius_mm;
     setup.le_hint_mm = part.nominal.le_hint_mm;
     setup.fitting = part.fitting;
+    setup.alignment = part.alignment;
     setup.gate = part.gate;
     if (nominal == nullptr) return setup;
 
@@ -49,7 +50,8 @@ fitting::SectionOptions section_options(const SectionSetup& setup) {
     return options;
 }
 
-SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit> fit, const SectionSetup& setup) {
+SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit> fit, const SectionSetup& setup,
+                        const SectionAlignment* shared) {
     EvaluationOptions evaluation;
     evaluation.profile_mm = setup.gate.profile_mm;
     evaluation.edge_profile_mm = setup.gate.edge_profile_mm;
@@ -58,9 +60,10 @@ SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit>
     evaluation.le_model = setup.fitting.le_model;
     evaluation.te_model = setup.fitting.te_model;
     evaluation.rule = setup.gate.rule;
+    evaluation.alignment = setup.alignment;
     const ReferenceContour* nominal = setup.nominal ? &setup.nominal->reference : nullptr;
     return evaluate_section(std::move(section), std::move(fit), nominal, evaluation,
-                            setup.nominal ? &setup.nominal->section : nullptr);
+                            setup.nominal ? &setup.nominal->section : nullptr, shared);
 }
 
 SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<RecordedPoint> points) {

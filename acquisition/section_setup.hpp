@@ -9,6 +9,7 @@
 #include "acquisition/nominal.hpp"
 #include "acquisition/part_file.hpp"
 #include "acquisition/reference_contour.hpp"
+#include "acquisition/section_alignment.hpp"
 #include "acquisition/section_result.hpp"
 #include "fitting/nominal.hpp"
 
@@ -30,6 +31,7 @@ struct SectionSetup {
     std::optional<SectionNominal> nominal;
     std::optional<Eigen::Vector2d> le_hint_mm;  ///< without a nominal: what the part file says
     FittingSpec fitting;
+    AlignmentSpec alignment;
     GateSpec gate;
 };
 
@@ -41,8 +43,10 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
 /// What the fit of a section is told.
 fitting::SectionOptions section_options(const SectionSetup& setup);
 
-/// Judges a fit by what the setup says; `section` brings index, name, z and points.
-SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit> fit, const SectionSetup& setup);
+/// Judges a fit by what the setup says; `section` brings index, name, z and points. `shared`: of the blade's alignment
+/// (nullptr: not known yet).
+SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit> fit, const SectionSetup& setup,
+                        const SectionAlignment* shared = nullptr);
 
 /// Judges single sections of a part, compensated in their planes. Give it a part's sections in order: without a nominal
 /// or hint the first section's edge with the larger radius is the LE, and the following sections take the edge next to

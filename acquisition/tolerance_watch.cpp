@@ -25,6 +25,7 @@ ToleranceWatch::ToleranceWatch(const SectionSetup& setup, std::size_t expected)
                                                 (expected > 0 ? static_cast<double>(expected) : looks_when_unknown))) {}
 
 std::optional<double> ToleranceWatch::limit_of(fitting::Zone zone) const {
+    if (setup_->alignment.kind != AlignmentKind::none) return std::nullopt;
     if (setup_->fitting.filters.at(zone).kind != fitting::FilterKind::none) return std::nullopt;
     const bool edge = zone == fitting::Zone::le || zone == fitting::Zone::te;
     return edge ? setup_->gate.edge_profile_mm : setup_->gate.profile_mm;

@@ -31,7 +31,8 @@ struct Exceedance {
 /// has to lie out as well, by k of its own standard deviations. A bad point is no neighbour in the row, and runs of bad
 /// points are shorter than it. Near the border of an edge the wider limit counts, because the measured edge may end
 /// elsewhere than the nominal's; where one of the two carries no limit nothing is said. Nothing is said either of
-/// profiles that are filtered. Constant time a place; one owner.
+/// profiles that are filtered, nor where the section or the blade is aligned: what lies out now may come in by it.
+/// Constant time a place; one owner.
 class ToleranceWatch {
   public:
     static constexpr std::size_t in_a_row = 11;

@@ -3,44 +3,87 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
+
+#include "fitting/chebyshev.hpp"
 
 namespace cmm::fitting {
 namespace {
 
-constexpr std::size_t enough_points = 600;  // the contour is smooth: more tell nothing
+constexpr std::size_t enough_points = 600;  // least squares of a smooth contour: more tell nothing
 constexpr std::size_t least_points = 12;
-constexpr int most_rounds = 60;
-constexpr double still = 1e-10;        // mm, and rad times the section's size
-constexpr double least_weight = 1e-9;  // of a direction against the best known one: below, it is not determined
+constexpr int most_fit_rounds = 60;
+constexpr double still = 1e-10;         // mm, and rad times the section's size
+constexpr double least_weight = 1e-9;   // of a direction against the best known one: below, it is not determined
+constexpr double no_gain = 1e-10;       // of the largest distance, in the unit of the objective
+constexpr double least_shorter = 1e-6;  // of a min-max step
 
 tl::unexpected<core::Error> cannot_fit(const char* why) {
     return core::fail(core::ErrorCode::fit_not_evaluable, why);
 }
 
-Vec2 turned(const Vec2& v, double angle) {
-    const double c = std::cos(angle), s = std::sin(angle);
-    return {c * v.x() - s * v.y(), s * v.x() + c * v.y()};
+std::string_view method_of(FitObjective objective) {
+    switch (objective) {
+        case FitObjective::least_squares:
+            return "BESTFIT: least squares along the normals, weighted by arc length";
+        case FitObjective::min_max:
+            return "BESTFIT: the largest distance along the normals is smallest";
+        case FitObjective::into_tolerance:
+            return "BESTFIT: into the tolerance zones, the largest share of a zone is smallest";
+    }
+    return "BESTFIT";
+}
+
+Vec2 centre_of(const ClosedCurve& nominal) {
+    const std::size_t n = 400;
+    std::vector<Vec2> p;
+    for (std::size_t k = 0; k < n; ++k)
+        p.push_back(nominal.position(nominal.length() * static_cast<double>(k) / static_cast<double>(n)));
+    double area = 0.0;
+    Vec2 first = Vec2::Zero();
+    for (std::size_t k = 0; k < n; ++k) {
+        const Vec2 a = p[k] - p[0], b = p[(k + 1) % n] - p[0];
+        area += cross(a, b);
+        first += cross(a, b) * (a + b);
+    }
+    return p[0] + first / (3.0 * area);
+}
+
+/// The free ones of shift x, shift y and turn.
+std::vector<Eigen::Index> free_of(const BestFitOptions& options) {
+    std::vector<Eigen::Index> free;
+    if (options.translate_x) free.push_back(0);
+    if (options.translate_y) free.push_back(1);
+    if (options.rotate) free.push_back(2);
+    return free;
 }
 
 class Fitter {
   public:
-    Fitter(const ContourGeometry& contour, const ClosedCurve& nominal, const BestFitOptions& options,
-           std::span<const char> use)
-        : contour_(contour), nominal_(nominal), options_(options) {
-        fit_.about_mm = centre_of(nominal);
-        size_mm_ = std::sqrt(std::abs(nominal.area())) + 1e-12;
-        choose(use);
+    Fitter(std::span<const FitMember> members, const BestFitOptions& options)
+        : members_(members), options_(options), free_(free_of(options)) {
+        double area = 0.0;
+        for (const FitMember& member : members) {
+            fit_.motion.about_mm += centre_of(*member.nominal) / static_cast<double>(members.size());
+            area += std::abs(member.nominal->area()) / static_cast<double>(members.size());
+        }
+        size_mm_ = std::sqrt(area) + 1e-12;
+        for (std::size_t m = 0; m < members.size(); ++m)
+            choose(m);
+        fit_.slopes.resize(members.size());
     }
 
     core::Result<BestFit> run() {
+        if (free_.empty()) return core::fail(core::ErrorCode::usage, "best fit: nothing may move");
         if (taken_.size() < least_points) return cannot_fit("best fit: too few points");
-        if (!options_.translate && !options_.rotate) return cannot_fit("best fit: nothing may move");
-        for (fit_.rounds = 1; fit_.rounds <= most_rounds; ++fit_.rounds) {
-            if (auto status = step(); !status) return tl::unexpected(status.error());
-            if (last_move_ < still) {
+        const bool squares = options_.objective == FitObjective::least_squares;
+        for (fit_.rounds = 1; fit_.rounds <= most_fit_rounds; ++fit_.rounds) {
+            const auto moved = squares ? squares_step() : min_max_step();
+            if (!moved) return tl::unexpected(moved.error());
+            if (*moved < still) {
                 describe();
-                return fit_;
+                return std::move(fit_);
             }
         }
         return cannot_fit("best fit: no convergence");
@@ -48,115 +91,217 @@ class Fitter {
 
   private:
     struct Taken {
-        std::size_t index;
+        std::size_t member, index;
         double width_mm;  // of contour that it stands for
+        ToleranceZone zone;
         std::optional<double> near_mm;
         Eigen::Vector3d slopes;  // of its distance, by shift and turn; negative
+        double off_mm;           // from the middle of its zone
         bool counts;
+        Eigen::Vector3d weight;  // of it in the motion
     };
 
-    static Vec2 centre_of(const ClosedCurve& nominal) {
-        const std::size_t n = 400;
-        std::vector<Vec2> p;
-        for (std::size_t k = 0; k < n; ++k)
-            p.push_back(nominal.position(nominal.length() * static_cast<double>(k) / static_cast<double>(n)));
-        double area = 0.0;
-        Vec2 first = Vec2::Zero();
-        for (std::size_t k = 0; k < n; ++k) {
-            const Vec2 a = p[k] - p[0], b = p[(k + 1) % n] - p[0];
-            area += cross(a, b);
-            first += cross(a, b) * (a + b);
-        }
-        return p[0] + first / (3.0 * area);
-    }
-
-    void choose(std::span<const char> use) {
-        const std::size_t n = contour_.size(), stride = std::max<std::size_t>(1, n / enough_points);
+    void choose(std::size_t m) {
+        const ContourGeometry& contour = *members_[m].contour;
+        const auto& use = members_[m].use;
+        const bool squares = options_.objective == FitObjective::least_squares;
+        const std::size_t n = contour.size(), stride = squares ? std::max<std::size_t>(1, n / enough_points) : 1;
         for (std::size_t i = 0; i < n; i += stride) {
-            const ContourPoint& p = contour_.point(i);
-            if (!options_.zones[static_cast<std::size_t>(p.zone)] || (!use.empty() && !use[i])) continue;
+            const ContourPoint& p = contour.point(i);
+            const auto zone = static_cast<std::size_t>(p.zone);
+            if (!options_.zones[zone] || (!use.empty() && !use[i])) continue;
             const std::size_t before = i >= stride ? i - stride : i + n - stride - (n % stride);
-            const double back = (p.position_mm - contour_.point(before % n).position_mm).norm();
+            const double back = (p.position_mm - contour.point(before % n).position_mm).norm();
             const std::size_t after = i + stride < n ? i + stride : 0;
-            const double ahead = (p.position_mm - contour_.point(after).position_mm).norm();
-            taken_.push_back({i, 0.5 * (back + ahead), {}, Eigen::Vector3d::Zero(), true});
+            const double ahead = (p.position_mm - contour.point(after).position_mm).norm();
+            taken_.push_back({m,
+                              i,
+                              0.5 * (back + ahead),
+                              options_.tolerance[zone],
+                              {},
+                              Eigen::Vector3d::Zero(),
+                              0.0,
+                              true,
+                              Eigen::Vector3d::Zero()});
         }
     }
 
-    core::Status step() {
-        Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-        Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+    /// Distances and slopes at the motion as it is.
+    core::Status look() {
         double squares = 0.0, length = 0.0;
         std::size_t counted = 0;
+        fit_.largest_mm = worst_ = 0.0;
         for (Taken& taken : taken_) {
-            const ContourPoint& p = contour_.point(taken.index);
-            const Vec2 q = fit_.in_nominal(p.position_mm);
-            const ClosestPoint foot = nominal_.closest(q, taken.near_mm);
+            const ContourPoint& p = members_[taken.member].contour->point(taken.index);
+            const ClosedCurve& nominal = *members_[taken.member].nominal;
+            const ClosestPoint foot = nominal.closest(fit_.motion.undo(p.position_mm), taken.near_mm);
             taken.near_mm = foot.s_mm;
-            const Vec2 faces = nominal_.evaluate(foot.s_mm).normal;
-            taken.counts = faces.dot(fit_.direction_in_nominal(p.normal)) > 0.0;
+            const Vec2 faces = nominal.evaluate(foot.s_mm).normal;
+            taken.counts = faces.dot(fit_.motion.undo_on_direction(p.normal)) > 0.0;
             if (!taken.counts) continue;
-            const Vec2 n = turned(faces, fit_.twist_rad);
-            const Vec2 arm = left_of(p.position_mm - fit_.about_mm - fit_.shift_mm);
+            const Vec2 n = fit_.motion.apply_to_direction(faces);
+            const Vec2 arm = left_of(p.position_mm - fit_.motion.about_mm - fit_.motion.shift_mm);
             // In units of the section's size, so that the matrix says how well each direction is known.
-            taken.slopes = {options_.translate ? n.x() : 0.0, options_.translate ? n.y() : 0.0,
-                            options_.rotate ? n.dot(arm) / size_mm_ : 0.0};
-            normal += taken.width_mm * taken.slopes * taken.slopes.transpose();
-            moment += taken.width_mm * foot.distance_mm * taken.slopes;
-            squares += taken.width_mm * foot.distance_mm * foot.distance_mm;
+            taken.slopes = {n.x(), n.y(), n.dot(arm) / size_mm_};
+            taken.off_mm = foot.distance_mm - taken.zone.middle_mm;
+            squares += taken.width_mm * taken.off_mm * taken.off_mm;
             length += taken.width_mm;
+            fit_.largest_mm = std::max(fit_.largest_mm, std::abs(taken.off_mm));
+            worst_ = std::max(worst_, std::abs(taken.off_mm) / unit_of(taken));
             ++counted;
         }
         if (counted < least_points) return cannot_fit("best fit: the contour and the nominal do not lie on each other");
-        if (!options_.translate) normal(0, 0) = normal(1, 1) = length;
-        if (!options_.rotate) normal(2, 2) = length;
-        const auto values = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(normal).eigenvalues();
-        if (!(values[0] > least_weight * values[2]))
-            return cannot_fit("best fit: the points do not determine the motion");
-        inverse_ = normal.inverse();
-        const Eigen::Vector3d move = inverse_ * moment;
-        fit_.shift_mm += move.head<2>();
-        fit_.twist_rad += move[2] / size_mm_;
         fit_.rms_mm = std::sqrt(squares / length);
-        last_move_ = move.norm();
         return {};
     }
 
-    void describe() {
-        fit_.dx = {"BESTFIT: least squares along the normals, weighted by arc length", fit_.shift_mm.x(), {}, 0.0};
-        fit_.dy = {"BESTFIT: least squares along the normals, weighted by arc length", fit_.shift_mm.y(), {}, 0.0};
-        fit_.twist = {"BESTFIT: least squares along the normals, weighted by arc length", fit_.twist_rad, {}, 0.0};
-        for (const Taken& taken : taken_) {
-            if (!taken.counts) continue;
-            const Eigen::Vector3d by = taken.width_mm * (inverse_ * taken.slopes);
-            fit_.dx.slopes.add(taken.index, by[0]);
-            fit_.dy.slopes.add(taken.index, by[1]);
-            fit_.twist.slopes.add(taken.index, by[2] / size_mm_);
+    double unit_of(const Taken& taken) const {
+        return options_.objective == FitObjective::into_tolerance ? taken.zone.half_mm : 1.0;
+    }
+
+    /// Of the free numbers; says also how well they are known.
+    core::Result<Eigen::MatrixXd> normal_matrix() {
+        const auto d = static_cast<Eigen::Index>(free_.size());
+        Eigen::Matrix3d full = Eigen::Matrix3d::Zero();
+        for (const Taken& taken : taken_)
+            if (taken.counts) full += taken.width_mm * taken.slopes * taken.slopes.transpose();
+        Eigen::MatrixXd normal(d, d);
+        for (Eigen::Index i = 0; i < d; ++i)
+            for (Eigen::Index k = 0; k < d; ++k)
+                normal(i, k) = full(free_[static_cast<std::size_t>(i)], free_[static_cast<std::size_t>(k)]);
+        const auto values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(normal).eigenvalues();
+        // A single number is measured by what it could be at most: every point along its direction.
+        const double best = std::max(values[d - 1], full.trace() / 3.0);
+        if (!(values[0] > least_weight * best)) return cannot_fit("best fit: the points do not determine the motion");
+        fit_.condition = std::sqrt(values[d - 1] / values[0]);
+        return normal;
+    }
+
+    void move_by(const Eigen::VectorXd& move) {
+        for (std::size_t k = 0; k < free_.size(); ++k) {
+            const double by = move[static_cast<Eigen::Index>(k)];
+            if (free_[k] == 2)
+                fit_.motion.turn_rad += by / size_mm_;
+            else
+                fit_.motion.shift_mm[free_[k]] += by;
         }
     }
 
-    const ContourGeometry& contour_;
-    const ClosedCurve& nominal_;
+    core::Result<double> squares_step() {
+        if (auto status = look(); !status) return tl::unexpected(status.error());
+        const auto normal = normal_matrix();
+        if (!normal) return tl::unexpected(normal.error());
+        const auto d = static_cast<Eigen::Index>(free_.size());
+        const Eigen::MatrixXd inverse = normal->inverse();
+        Eigen::VectorXd move = Eigen::VectorXd::Zero(d);
+        for (Taken& taken : taken_) {
+            if (!taken.counts) continue;
+            Eigen::VectorXd slopes(d);
+            for (Eigen::Index k = 0; k < d; ++k)
+                slopes[k] = taken.slopes[free_[static_cast<std::size_t>(k)]];
+            const Eigen::VectorXd weight = taken.width_mm * (inverse * slopes);
+            move += taken.off_mm * weight;
+            weigh(taken, weight);
+        }
+        move_by(move);
+        return move.norm();
+    }
+
+    void weigh(Taken& taken, const Eigen::VectorXd& weight) {
+        taken.weight.setZero();
+        for (std::size_t k = 0; k < free_.size(); ++k)
+            taken.weight[free_[k]] = weight[static_cast<Eigen::Index>(k)] / (free_[k] == 2 ? size_mm_ : 1.0);
+    }
+
+    core::Result<double> min_max_step() {
+        if (auto status = look(); !status) return tl::unexpected(status.error());
+        if (const auto normal = normal_matrix(); !normal) return tl::unexpected(normal.error());
+        const auto n = std::count_if(taken_.begin(), taken_.end(), [](const Taken& t) { return t.counts; });
+        const auto d = static_cast<Eigen::Index>(free_.size());
+        Eigen::MatrixXd rows(n, d);
+        Eigen::VectorXd off(n);
+        std::vector<Taken*> of_row;
+        for (Taken& taken : taken_) {
+            taken.weight.setZero();
+            if (!taken.counts) continue;
+            const auto row = static_cast<Eigen::Index>(of_row.size());
+            for (Eigen::Index k = 0; k < d; ++k)
+                rows(row, k) = taken.slopes[free_[static_cast<std::size_t>(k)]] / unit_of(taken);
+            off[row] = taken.off_mm / unit_of(taken);
+            of_row.push_back(&taken);
+        }
+        const auto best = chebyshev_fit(rows, off);
+        if (!best) return tl::unexpected(best.error());
+        for (std::size_t k = 0; k < best->active.size(); ++k) {
+            Taken& taken = *of_row[best->active[k]];
+            weigh(taken, best->by_active.col(static_cast<Eigen::Index>(k)) / unit_of(taken));
+        }
+        return shortened(best->x);
+    }
+
+    /// Goes along the step as far as it gets better; 0 where it does not.
+    core::Result<double> shortened(const Eigen::VectorXd& move) {
+        const PlaneMotion from = fit_.motion;
+        const double before = worst_;
+        for (double share = 1.0; share > least_shorter; share *= 0.5) {
+            fit_.motion = from;
+            move_by(share * move);
+            if (auto status = look(); !status) return tl::unexpected(status.error());
+            if (worst_ < before - no_gain) return share * move.norm();
+        }
+        fit_.motion = from;
+        if (auto status = look(); !status) return tl::unexpected(status.error());
+        return 0.0;
+    }
+
+    void describe() {
+        for (const Taken& taken : taken_) {
+            if (!taken.counts) continue;
+            for (std::size_t k = 0; k < 3; ++k)
+                if (const double weight = taken.weight[static_cast<Eigen::Index>(k)]; weight != 0.0)
+                    fit_.slopes[taken.member][k].add(taken.index, weight);
+        }
+        const auto method = method_of(options_.objective);
+        fit_.dx = {method, fit_.motion.shift_mm.x(), {}, 0.0};
+        fit_.dy = {method, fit_.motion.shift_mm.y(), {}, 0.0};
+        fit_.twist = {method, fit_.motion.turn_rad, {}, 0.0};
+        if (members_.size() > 1) return;
+        fit_.dx.slopes = fit_.slopes[0][0];
+        fit_.dy.slopes = fit_.slopes[0][1];
+        fit_.twist.slopes = fit_.slopes[0][2];
+    }
+
+    std::span<const FitMember> members_;
     BestFitOptions options_;
+    std::vector<Eigen::Index> free_;
     std::vector<Taken> taken_;
-    double size_mm_ = 1.0, last_move_ = 0.0;
-    Eigen::Matrix3d inverse_ = Eigen::Matrix3d::Identity();
+    double size_mm_ = 1.0;
+    double worst_ = 0.0;  // largest distance from a middle, in the unit of the objective
     BestFit fit_;
 };
 
 }  // namespace
 
-Vec2 BestFit::in_nominal(const Vec2& p) const {
-    return turned(p - about_mm - shift_mm, -twist_rad) + about_mm;
+std::string_view to_string(FitObjective objective) noexcept {
+    switch (objective) {
+        case FitObjective::least_squares:
+            return "least_squares";
+        case FitObjective::min_max:
+            return "min_max";
+        case FitObjective::into_tolerance:
+            return "into_tolerance";
+    }
+    return "least_squares";
 }
 
-Vec2 BestFit::direction_in_nominal(const Vec2& v) const {
-    return turned(v, -twist_rad);
+core::Result<BestFit> fit_to_nominals(std::span<const FitMember> members, const BestFitOptions& options) {
+    return Fitter(members, options).run();
 }
 
 core::Result<BestFit> fit_to_nominal(const ContourGeometry& contour, const ClosedCurve& nominal,
                                      const BestFitOptions& options, std::span<const char> use) {
-    return Fitter(contour, nominal, options, use).run();
+    const FitMember member{&contour, &nominal, use};
+    return fit_to_nominals({&member, 1}, options);
 }
 
 }  // namespace cmm::fitting

@@ -47,7 +47,8 @@ double ContourNoise::variance(std::span<const ContourPoint> contour, const Sensi
         const ContourPoint& p = contour[point];
         double on_free = 1.0;
         for (std::size_t k = 0; k < patches_.size(); ++k) {
-            const auto on = patches_[k].dependence(p.t, period_, p.position_mm, p.normal);
+            const auto on = patches_[k].dependence(p.t, period_, from_contour_.apply(p.position_mm),
+                                                   from_contour_.apply_to_direction(p.normal));
             if (!on) continue;
             if (on->on_model.size() > 0) by_model[k] += weight * on->on_model;
             on_free = on->on_free;

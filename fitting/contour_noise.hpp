@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fitting/join.hpp"
+#include "fitting/plane_motion.hpp"
 #include "fitting/sensitivity.hpp"
 #include "fitting/smoothing.hpp"
 
@@ -31,6 +32,8 @@ class ContourNoise {
     ContourNoise(CurveNoise free, std::vector<EdgePatch> patches, double period, double coverage);
 
     double coverage() const { return coverage_; }
+    /// The contour was moved since: `motion` leads from where it is to where the noise was found.
+    void lies_in(const PlaneMotion& motion) { from_contour_ = motion; }
     /// From the noise of the points alone, in the square of the number's unit. Where nothing is known, the points' own
     /// u95 fully correlated, which is never too small.
     double variance(std::span<const ContourPoint> contour, const Sensitivity& number) const;
@@ -43,6 +46,7 @@ class ContourNoise {
     std::optional<CurveNoise> free_;
     std::vector<EdgePatch> patches_;
     double period_ = 0.0, coverage_ = 2.0;
+    PlaneMotion from_contour_;
 };
 
 }  // namespace cmm::fitting

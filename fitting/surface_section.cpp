@@ -18,7 +18,7 @@ constexpr std::size_t most_neighbours = 4;
 constexpr double one_sided = 2.0;  // so much less is a slope known where all neighbours lie above, or below
 constexpr std::size_t parts_of_a_span = 8;
 constexpr std::size_t looked_ahead = 48;
-constexpr double window_share = 0.04;  // of the curve's breaks, to either side
+constexpr double section_window_share = 0.04;  // of the curve's breaks, to either side
 // Of the noise of the curve: up to there an rms distance of the surface is explained by it, from there on not at all.
 constexpr double explained_sigmas = 1.25, own_sigmas = 2.5;
 constexpr double still_radii = 1.0, faded_radii = 2.0;  // from a place that stays
@@ -76,7 +76,7 @@ class NeighbourForecast {
 /// The root of the mean square over a window of a closed sequence.
 std::vector<double> local_rms(const std::vector<double>& values) {
     const std::size_t n = values.size();
-    const auto half = std::max<std::size_t>(2, static_cast<std::size_t>(window_share * static_cast<double>(n)));
+    const auto half = std::max<std::size_t>(2, static_cast<std::size_t>(section_window_share * static_cast<double>(n)));
     std::vector<double> rms(n);
     for (std::size_t i = 0; i < n; ++i) {
         double sum = 0.0;

@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t coarse_points = 160;
 constexpr double likely_share = 0.95;  // of the largest of few
-constexpr double rounding = 1e-9;      // far above that of a radius, far below what matters
+constexpr double thickness_rounding = 1e-9;      // far above that of a radius, far below what matters
 
 /// A contour against which circles are tried, with every so many-th of its points for a first guess.
 class Obstacles {
@@ -26,7 +26,7 @@ class Obstacles {
         double longest = 0.0;
         for (std::size_t j = 1; j < all_.size(); ++j)
             longest = std::max(longest, (all_[j] - all_[j - 1]).squaredNorm());
-        stretch_mm_ = static_cast<double>(stride) * std::sqrt(longest) * (1.0 + rounding);
+        stretch_mm_ = static_cast<double>(stride) * std::sqrt(longest) * (1.0 + thickness_rounding);
     }
 
     /// Radius of the largest circle that touches the contour at p from inside and holds none of the few other points;
@@ -38,7 +38,7 @@ class Obstacles {
     double radius_among_all(const OffsetPoint& p) const {
         double radius = radius_among_few(p);
         for (std::size_t k = 0; k < few_.size(); ++k) {
-            const double reach = radius * (1.0 + rounding) + stretch_mm_;
+            const double reach = radius * (1.0 + thickness_rounding) + stretch_mm_;
             if ((few_[k] - p.position + radius * p.normal).squaredNorm() > reach * reach) continue;
             const std::size_t first = k * stride_;
             radius = shrunk(radius, p, std::span(all_).subspan(first, std::min(stride_, all_.size() - first)));
@@ -48,14 +48,14 @@ class Obstacles {
 
   private:
     double shrunk(double radius, const OffsetPoint& p, std::span<const Vec2> points) const {
-        double limit = 2.0 * radius * (1.0 + rounding);
+        double limit = 2.0 * radius * (1.0 + thickness_rounding);
         for (const Vec2& point : points) {
             const Vec2 d = point - p.position;
             const double depth = -d.dot(p.normal), squared = d.squaredNorm();
             // Multiplied first: few points are worth the division.
             if (!(squared < limit * depth) || squared < nearest_squared_) continue;
             radius = std::min(radius, squared / (2.0 * depth));
-            limit = 2.0 * radius * (1.0 + rounding);
+            limit = 2.0 * radius * (1.0 + thickness_rounding);
         }
         return radius;
     }

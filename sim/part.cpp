@@ -95,7 +95,7 @@ Result<Part> load_part(const std::string& part_file) {
     numbers.part.name = part.required_text("name");
     part.word("kind", "blade", {"blade"});
     part.text("serial", "");
-    for (const char* of_the_host : {"scan", "fitting", "gate", "characteristic"})
+    for (const char* of_the_host : {"scan", "fitting", "alignment", "gate", "characteristic"})
         root->ignore(of_the_host);
     read_stylus(root->table("stylus"), numbers.part);
     const ConfigTable actual = root->table("actual");

@@ -5,11 +5,13 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 #include "fitting/area_measures.hpp"
 #include "fitting/best_fit.hpp"
 #include "fitting/chord.hpp"
 #include "fitting/thickness_measures.hpp"
+#include "fitting/throat.hpp"
 #include "support/exact_scan.hpp"
 #include "support/section_truth.hpp"
 #include "support/truth.hpp"
@@ -252,6 +254,42 @@ TEST(Characteristics, RealBladesHaveACamberLine) {
     }
 }
 
+/// The smallest distance of the moved outline to the outline, by a grid and halving of its step.
+double throat_by_force(const SectionTruth& truth, const Vec2& pitch) {
+    double best = 1e9, at = 0.0;
+    const auto look = [&](double t) {
+        const double distance = truth.distance(truth.section().at(std::fmod(t + 4.0, 4.0)).position + pitch);
+        if (distance < best) std::tie(best, at) = std::pair(distance, t);
+    };
+    for (int k = 0; k < 400; ++k)
+        look(0.01 * k);
+    for (double step = 0.005; step > 1e-9; step *= 0.5) {
+        const double from = at;
+        look(from - step);
+        look(from + step);
+    }
+    return best;
+}
+
+TEST(Characteristics, ThroatOfACascade) {
+    for (const auto& [section, pitch] :
+         {std::pair{like_ls89(), Vec2(0.0, 57.5)}, std::pair{like_ls89(), Vec2(3.0, 40.0)}}) {
+        const SectionTruth truth(section);
+        const SectionFit fit = fit_of(section);
+        MeasuredSection measured(fit);
+        const auto throat = measure_throat(measured, pitch);
+        ASSERT_TRUE(throat) << throat.error().message;
+        EXPECT_NEAR(throat->value, throat_by_force(truth, pitch), 2.0 * tenth_um);
+        EXPECT_NEAR(measure_throat(measured, -pitch)->value, throat->value, 1e-6) << "the neighbour on the other side";
+        // Material on both walls takes it away twice.
+        double sum = 0.0;
+        for (const auto& [point, weight] : throat->slopes.parts())
+            sum += weight;
+        EXPECT_NEAR(sum, -2.0, 1e-9);
+        EXPECT_FALSE(measure_throat(measured, 0.05 * pitch)) << "blades that cross";
+    }
+}
+
 TEST(Characteristics, BestFitFindsAMotion) {
     const auto nominal_blade = section_truth::of_family(families::make(families::Family::compressor, 4));
     std::vector<Vec2> nominal_points;
@@ -269,16 +307,16 @@ TEST(Characteristics, BestFitFindsAMotion) {
     const ContourGeometry contour(fit.contour);
     const auto found = fit_to_nominal(contour, *nominal);
     ASSERT_TRUE(found) << found.error().message;
-    EXPECT_NEAR(found->twist_rad, turn, 1e-6);
-    EXPECT_NEAR(found->shift_mm.x(), shift.x(), tenth_um);
-    EXPECT_NEAR(found->shift_mm.y(), shift.y(), tenth_um);
-    EXPECT_LT((found->about_mm - truth.centroid()).norm(), 5e-3);
+    EXPECT_NEAR(found->motion.turn_rad, turn, 1e-6);
+    EXPECT_NEAR(found->motion.shift_mm.x(), shift.x(), tenth_um);
+    EXPECT_NEAR(found->motion.shift_mm.y(), shift.y(), tenth_um);
+    EXPECT_LT((found->motion.about_mm - truth.centroid()).norm(), 5e-3);
     EXPECT_LT(found->rms_mm, 2e-4);
     BestFitOptions held;
     held.rotate = false;
     const auto moved_only = fit_to_nominal(contour, *nominal, held);
     ASSERT_TRUE(moved_only);
-    EXPECT_EQ(moved_only->twist_rad, 0.0);
+    EXPECT_EQ(moved_only->motion.turn_rad, 0.0);
     EXPECT_GT(moved_only->rms_mm, 10 * found->rms_mm);
     std::vector<char> nothing(fit.contour.size(), 0);
     EXPECT_FALSE(fit_to_nominal(contour, *nominal, {}, nothing));

@@ -60,7 +60,7 @@ TEST_F(PartFile, EveryKeyOfTheDocumentIsKnown) {
         "[nominal.blade]\n" +
         blade_keys +
         "[stylus]\nradius_mm = 1.5\nshank_radius_mm = 0.6\nlength_mm = 20.0\n[scan]\nheights_mm = [1]\nanything = "
-        "1\n[gate]\n"
+        "1\n[alignment]\nkind = \"blade\"\n[gate]\n"
         "profile_mm = 0.1\n[actual]\nkind = \"nominal\"\nfiles = []\nspan = \"auto\"\nnoise_um = "
         "2.0\nbad_points_percent = 3.0\n"
         "thicken_mm = 0.1\ntwist_deg = 0.5\nshift_mm = [0.1, 0.2]\n");

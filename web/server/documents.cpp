@@ -83,7 +83,7 @@ std::string contour_rows(const acquisition::SectionResult& section) {
         row.add(contour[i].position_mm).add(contour[i].normal);
         row.raw(std::to_string(static_cast<int>(contour[i].zone)));
         row.add(section.deviation_mm.empty() ? std::nullopt : section.deviation_mm[i], deviation_digits);
-        row.add(contour[i].u95_mm, deviation_digits);
+        row.add(section.deviation_u95_mm(i), deviation_digits);
         rows.raw(row.text());
     }
     return rows.text();

@@ -3,13 +3,17 @@
 
 #include <cmath>
 #include <functional>
+#include <memory>
 #include <numbers>
 #include <optional>
 
 #include "fitting/area_measures.hpp"
 #include "fitting/best_fit.hpp"
 #include "fitting/chord.hpp"
+#include "fitting/datum.hpp"
+#include "fitting/min_max_datum.hpp"
 #include "fitting/thickness_measures.hpp"
+#include "fitting/throat.hpp"
 #include "support/section_truth.hpp"
 
 namespace cmm::fitting::coverage {
@@ -31,7 +35,8 @@ struct Truth {
         on_camber;
     double le_thickness, te_thickness, le_angle, te_angle, area;
     double distance_mm, near_mm, far_mm;
-    section_truth::Vec2 centroid;
+    section_truth::Vec2 centroid, pitch;
+    double throat;
 };
 
 constexpr double belac_rad = 0.7;
@@ -62,6 +67,23 @@ Truth truth_of(const families::Blade& blade) {
     out.te_angle = t.edge_angle(false, out.near_mm, out.far_mm);
     out.area = t.area();
     out.centroid = t.centroid();
+    out.pitch = section_truth::Vec2(0.0, 0.9 * chord);
+    out.throat = 1e9;
+    double at = 0.0;
+    const auto look = [&](double place) {
+        const double distance = t.distance(t.section().at(std::fmod(place + 4.0, 4.0)).position + out.pitch);
+        if (distance < out.throat) {
+            out.throat = distance;
+            at = place;
+        }
+    };
+    for (int k = 0; k < 200; ++k)
+        look(0.02 * k);
+    for (double step = 0.01; step > 1e-8; step *= 0.5) {
+        const double from = at;
+        look(from - step);
+        look(from + step);
+    }
     return out;
 }
 
@@ -105,6 +127,22 @@ void judge(const families::Blade& blade, const ClosedCurve& nominal, const Truth
     } else {
         ++tallies["twist"].refused;
     }
+    BestFitOptions min_max;
+    min_max.objective = FitObjective::min_max;
+    if (const auto moved = fit_to_nominal(section.contour(), nominal, min_max)) {
+        const MeasuredSection* const only = &section;
+        Datum datum = datums_of(*moved, {&only, 1}).front();
+        widen_for_min_max(datum);
+        const auto one = [&](const std::string& name, double value, Eigen::Index k) {
+            const double standard = std::sqrt(datum.covariance(k, k));
+            count(tallies[name], value, standard, 2.0 * standard);
+        };
+        one("min-max shift x", moved->motion.shift_mm.x(), 0);
+        one("min-max shift y", moved->motion.shift_mm.y(), 1);
+        one("min-max rotation", moved->motion.turn_rad, 2);
+    } else {
+        ++tallies["min-max rotation"].refused;
+    }
     say("chord NOSETAIL", measure_chord(section, ChordMethod::nose_tail), truth.nose_tail);
     say("chord CALIPER", measure_chord(section, ChordMethod::caliper), truth.caliper);
     say("chord BELAC", measure_chord(section, ChordMethod::belac, belac_rad), truth.belac);
@@ -127,6 +165,7 @@ void judge(const families::Blade& blade, const ClosedCurve& nominal, const Truth
         truth.le_angle, true);
     say("TE angle", measure_edge_angle(section, EdgeName::te, truth.near_mm, truth.far_mm, AngleReference::x_axis),
         truth.te_angle, true);
+    say("throat", measure_throat(section, truth.pitch), truth.throat);
     const AreaMeasures area = measure_area(section);
     say("area", area.area, truth.area);
     say("centroid x", area.centroid_x, truth.centroid.x());
@@ -142,6 +181,39 @@ void judge(const families::Blade& blade, const ClosedCurve& nominal, const Truth
     };
     radius("LE radius", fit.le, blade.le());
     radius("TE radius", fit.te, blade.te());
+}
+
+/// Three sections like each other as one blade, which lies where its nominal does: its alignment, and the place of one
+/// section in the aligned blade.
+void judge_blade(const ClosedCurve& nominal, const std::vector<SectionFit>& fits, Tallies& tallies) {
+    std::vector<std::unique_ptr<MeasuredSection>> sections;
+    std::vector<const MeasuredSection*> measured;
+    std::vector<FitMember> members;
+    for (const auto& fit : fits) {
+        sections.push_back(std::make_unique<MeasuredSection>(fit));
+        measured.push_back(sections.back().get());
+        members.push_back({&sections.back()->contour(), &nominal, {}});
+    }
+    const auto found = fit_to_nominals(members);
+    if (!found) {
+        ++tallies["blade rotation"].refused;
+        return;
+    }
+    const auto datums = datums_of(*found, measured);
+    const auto standard = [&](Eigen::Index k) { return std::sqrt(datums[0].covariance(k, k)); };
+    const auto& motion = found->motion;
+    count(tallies["blade shift x"], motion.shift_mm.x(), standard(0), 2.0 * standard(0));
+    count(tallies["blade shift y"], motion.shift_mm.y(), standard(1), 2.0 * standard(1));
+    count(tallies["blade rotation"], motion.turn_rad, standard(2), 2.0 * standard(2));
+    const SectionFit aligned = undone(fits[0], motion);
+    MeasuredSection first(aligned);
+    const auto placed = fit_to_nominal(first.contour(), nominal);
+    if (!placed) return;
+    for (const auto& [name, measure] : {std::pair("displacement x in the aligned blade", &placed->dx),
+                                        std::pair("twist in the aligned blade", &placed->twist)}) {
+        const auto u = first.uncertainty(datums[0].of_aligned(*measure, first.contour()));
+        count(tallies[name], measure->value, u.standard, u.u95);
+    }
 }
 
 }  // namespace
@@ -169,6 +241,13 @@ std::vector<Tallies> run(const Task& task) {
                 continue;
             }
             judge(blade, nominal, truth, *fit, tallies[k]);
+            std::vector<SectionFit> sections{*fit};
+            for (std::uint64_t other = 1; other < task.sections; ++other) {
+                scanning.seed += 1000003;
+                if (auto beside = fit_section(families::scan(blade, scanning).points, {}, options))
+                    sections.push_back(std::move(*beside));
+            }
+            if (sections.size() > 1) judge_blade(nominal, sections, tallies[k]);
         }
     }
     return tallies;

@@ -27,6 +27,7 @@ struct Task {
     std::vector<double> sigmas_mm{1e-3};
     std::size_t points = 600;
     double bad_share = 0.0;
+    std::size_t sections = 3;  ///< of one blade, for its alignment
 };
 /// One tally for each noise, by the names of the characteristics. Deterministic.
 std::vector<Tallies> run(const Task& task);

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/part_characteristics.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "acquisition/asked_characteristics.hpp"
+#include "acquisition/evaluation.hpp"
+#include "core/error.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+using Kind = CharacteristicKind;
+
+constexpr double coverage_95 = 2.0;
+constexpr double sure_of_direction = 3.0;  // standard uncertainties: nearer to none a distance answers in any direction
+
+struct Number {
+    double value = 0.0, standard = 0.0;
+};
+
+tl::unexpected<core::Error> missing(const std::string& why) {
+    return core::fail(core::ErrorCode::fit_not_evaluable, why);
+}
+
+const char* part_method(Kind kind) {
+    switch (kind) {
+        case Kind::lean_x:
+        case Kind::lean_y:
+            return "LEAN: displacement (BESTFIT) of the tip less that of the root";
+        case Kind::bow_x:
+        case Kind::bow_y:
+            return "BOW: displacement (BESTFIT) from the straight line between root and tip";
+        case Kind::bow_true_position:
+            return "BOWT: 2 sqrt(bow_x^2 + bow_y^2)";
+        case Kind::relative_twist:
+            return "TWIST (BESTFIT) less that of the reference section";
+        default:
+            return "GENERATRIX: band of the deviations along the span at one place of the side, about their straight "
+                   "line";
+    }
+}
+
+class PartMeasures {
+  public:
+    explicit PartMeasures(const PartResult& part) : part_(part) {
+        for (const auto& section : part.sections)
+            upwards_.push_back(&section);
+        std::stable_sort(upwards_.begin(), upwards_.end(),
+                         [](const auto* a, const auto* b) { return a->z_mm < b->z_mm; });
+    }
+
+    std::optional<std::size_t> root(const CharacteristicSpec& spec) const {
+        if (spec.root) return spec.root;
+        return upwards_.empty() ? std::nullopt : std::optional(upwards_.front()->index);
+    }
+    std::optional<std::size_t> tip(const CharacteristicSpec& spec) const {
+        if (spec.tip) return spec.tip;
+        return upwards_.empty() ? std::nullopt : std::optional(upwards_.back()->index);
+    }
+
+    core::Result<Number> lean(const CharacteristicSpec& spec) const {
+        const auto a = placed(root(spec)), b = placed(tip(spec));
+        if (!a) return tl::unexpected(a.error());
+        if (!b) return tl::unexpected(b.error());
+        const Eigen::Index axis = spec.kind == Kind::lean_x ? 0 : 1;
+        const auto& from = *(*a)->placement;
+        const auto& to = *(*b)->placement;
+        return Number{to.shift_mm[axis] - from.shift_mm[axis],
+                      std::sqrt(from.covariance(axis, axis) + to.covariance(axis, axis))};
+    }
+
+    core::Result<Number> bow(const CharacteristicSpec& spec, std::size_t section) const {
+        const auto a = placed(root(spec)), b = placed(tip(spec)), c = placed(section);
+        for (const auto* one : {&a, &b, &c})
+            if (!*one) return tl::unexpected(one->error());
+        const double span = (*b)->z_mm - (*a)->z_mm;
+        if (!(std::abs(span) > 0.0)) return missing("root and tip are the same section");
+        const double share = ((*c)->z_mm - (*a)->z_mm) / span;
+        const auto &low = *(*a)->placement, &high = *(*b)->placement, &here = *(*c)->placement;
+        const Eigen::Vector2d off = here.shift_mm - (1.0 - share) * low.shift_mm - share * high.shift_mm;
+        const Eigen::Matrix2d covariance =
+            in_plane(here) + std::pow(1.0 - share, 2) * in_plane(low) + share * share * in_plane(high);
+        if (spec.kind == Kind::bow_x) return Number{off.x(), std::sqrt(covariance(0, 0))};
+        if (spec.kind == Kind::bow_y) return Number{off.y(), std::sqrt(covariance(1, 1))};
+        const double distance = off.norm();
+        const double largest = std::sqrt(
+            Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(covariance, Eigen::EigenvaluesOnly).eigenvalues()[1]);
+        if (distance < sure_of_direction * largest) return Number{2.0 * distance, 2.0 * largest};
+        const Eigen::Vector2d along = off / distance;
+        return Number{2.0 * distance, 2.0 * std::sqrt(along.dot(covariance * along))};
+    }
+
+    core::Result<Number> relative_twist(const CharacteristicSpec& spec, std::size_t section) const {
+        const auto a = placed(spec.reference_section ? spec.reference_section : root(spec)), b = placed(section);
+        if (!a) return tl::unexpected(a.error());
+        if (!b) return tl::unexpected(b.error());
+        const auto &from = *(*a)->placement, &to = *(*b)->placement;
+        return Number{to.turn_rad - from.turn_rad, std::sqrt(from.covariance(2, 2) + to.covariance(2, 2))};
+    }
+
+    core::Result<Number> generatrix(const CharacteristicSpec& spec) const {
+        std::vector<const SpanPoint*> points;
+        std::vector<double> heights;
+        for (const auto* section : upwards_) {
+            if (!spec.is_of(section->index)) continue;
+            const auto at = std::find_if(section->span_points.begin(), section->span_points.end(),
+                                         [&](const SpanPoint& point) { return point.label == spec.label; });
+            if (at == section->span_points.end())
+                return missing("section " + std::to_string(section->index) + " has no point there");
+            points.push_back(&*at);
+            heights.push_back(section->z_mm);
+        }
+        const auto n = static_cast<Eigen::Index>(points.size());
+        if (n < 3) return missing("it takes three sections");
+        Eigen::MatrixXd line(n, 2);
+        Eigen::VectorXd deviation(n);
+        for (Eigen::Index k = 0; k < n; ++k) {
+            line.row(k) << 1.0, heights[static_cast<std::size_t>(k)];
+            deviation[k] = points[static_cast<std::size_t>(k)]->deviation_mm;
+        }
+        const Eigen::MatrixXd left =
+            Eigen::MatrixXd::Identity(n, n) - line * (line.transpose() * line).inverse() * line.transpose();
+        const Eigen::VectorXd residual = left * deviation;
+        Eigen::Index high = 0, low = 0;
+        const double band = residual.maxCoeff(&high) - residual.minCoeff(&low);
+        double variance = 0.0;
+        for (Eigen::Index k = 0; k < n; ++k)
+            variance += std::pow((left(high, k) - left(low, k)) * points[static_cast<std::size_t>(k)]->standard_mm, 2);
+        return Number{band, std::sqrt(variance)};
+    }
+
+  private:
+    static Eigen::Matrix2d in_plane(const SectionPlacement& placement) {
+        return placement.covariance.topLeftCorner<2, 2>();
+    }
+
+    core::Result<const SectionResult*> placed(const std::optional<std::size_t>& index) const {
+        const auto found = std::find_if(part_.sections.begin(), part_.sections.end(),
+                                        [&](const SectionResult& section) { return index && section.index == *index; });
+        if (found == part_.sections.end())
+            return missing("section " + (index ? std::to_string(*index) : std::string("of the root")) +
+                           " was not measured");
+        if (!found->placement)
+            return missing("section " + std::to_string(found->index) + ": " +
+                           (found->why.empty() ? "it could not be laid onto its nominal" : found->why));
+        return &*found;
+    }
+
+    const PartResult& part_;
+    std::vector<const SectionResult*> upwards_;
+};
+
+Characteristic made(const CharacteristicSpec& spec, const core::Result<Number>& number, const DecisionRule& rule) {
+    Characteristic c;
+    c.name = spec.label;
+    c.method = part_method(spec.kind);
+    c.unit = unit_of(spec.kind);
+    c.nominal = nominal_without_section(spec);
+    set_limits(spec, c);
+    if (number) {
+        c.value = number->value;
+        c.u95 = coverage_95 * number->standard;
+        decide(c, rule);
+    } else {
+        c.decision = Decision::not_evaluable;
+        c.note = number.error().message;
+    }
+    return c;
+}
+
+}  // namespace
+
+void add_part_characteristics(const std::vector<CharacteristicSpec>& asked, const DecisionRule& rule,
+                              PartResult& part) {
+    part.characteristics.clear();
+    const PartMeasures measures(part);
+    for (const auto& spec : asked) {
+        if (!is_of_part(spec.kind)) continue;
+        const auto add = [&](std::optional<std::size_t> section, core::Result<Number> number) {
+            if (!part.complete) number = missing("not all sections are measured");
+            part.characteristics.push_back({made(spec, number, rule), section});
+        };
+        if (spec.kind == Kind::lean_x || spec.kind == Kind::lean_y) {
+            add(std::nullopt, measures.lean(spec));
+        } else if (spec.kind == Kind::generatrix) {
+            add(std::nullopt, measures.generatrix(spec));
+        } else {
+            const bool twist = spec.kind == Kind::relative_twist;
+            const auto root = twist && spec.reference_section ? spec.reference_section : measures.root(spec);
+            const auto tip = twist ? std::nullopt : measures.tip(spec);
+            for (const auto& section : part.sections) {
+                // Of the ends themselves it is nought by definition.
+                if (!spec.is_of(section.index) || section.index == root || section.index == tip) continue;
+                add(section.index,
+                    twist ? measures.relative_twist(spec, section.index) : measures.bow(spec, section.index));
+            }
+        }
+    }
+}
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/datum.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cmm::fitting {
+namespace {
+
+/// Of the motion's three numbers by the points of one contour.
+Eigen::Matrix3d covariance_by(const MeasuredSection& section, const MotionSlopes& slopes) {
+    const SectionFit& fit = section.fit();
+    const auto variance = [&](const Sensitivity& number) { return fit.contour_noise.variance(fit.contour, number); };
+    Eigen::Vector3d noise, standard;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+        const auto& number = slopes[static_cast<std::size_t>(k)];
+        noise[k] = std::sqrt(variance(number));
+        standard[k] = fit.contour_noise.of(fit.contour, number).standard;
+    }
+    Eigen::Matrix3d covariance = standard.cwiseAbs2().asDiagonal();
+    for (Eigen::Index i = 0; i < 3; ++i) {
+        for (Eigen::Index k = 0; k < i; ++k) {
+            if (!(noise[i] > 0.0 && noise[k] > 0.0)) continue;
+            // Var(a/sa + b/sb) = 2 + 2 rho.
+            Sensitivity sum;
+            sum.add(slopes[static_cast<std::size_t>(i)], 1.0 / noise[i]);
+            sum.add(slopes[static_cast<std::size_t>(k)], 1.0 / noise[k]);
+            const double correlation = std::clamp(0.5 * variance(sum) - 1.0, -1.0, 1.0);
+            covariance(i, k) = covariance(k, i) = correlation * standard[i] * standard[k];
+        }
+    }
+    return covariance;
+}
+
+}  // namespace
+
+Measure Datum::of_aligned(Measure measure, const ContourGeometry& aligned) const {
+    // By the aligned contour moved as one body, in the directions of the measured frame.
+    Eigen::Vector3d by_motion = Eigen::Vector3d::Zero();
+    for (const auto& [point, weight] : measure.slopes.parts()) {
+        const ContourPoint& p = aligned.point(point);
+        const Vec2 faces = motion.apply_to_direction(p.normal);
+        by_motion -=
+            weight * Eigen::Vector3d(faces.x(), faces.y(), p.normal.dot(left_of(p.position_mm - motion.about_mm)));
+    }
+    for (Eigen::Index k = 0; k < 3; ++k)
+        measure.slopes.add(slopes[static_cast<std::size_t>(k)], by_motion[k]);
+    measure.own_variance += std::max(0.0, by_motion.dot(from_others * by_motion));
+    return measure;
+}
+
+double normal_uncertainty(const PlaneMotion& motion, const Eigen::Matrix3d& covariance, const Vec2& position_mm,
+                          const Vec2& normal) {
+    const Vec2 arm = left_of(position_mm - motion.about_mm - motion.shift_mm);
+    const Eigen::Vector3d slopes(normal.x(), normal.y(), normal.dot(arm));
+    return std::sqrt(std::max(0.0, slopes.dot(covariance * slopes)));
+}
+
+std::vector<Datum> datums_of(const BestFit& fit, std::span<const MeasuredSection* const> sections) {
+    std::vector<Eigen::Matrix3d> own;
+    Eigen::Matrix3d all = Eigen::Matrix3d::Zero();
+    for (std::size_t m = 0; m < sections.size(); ++m) {
+        own.push_back(covariance_by(*sections[m], fit.slopes[m]));
+        all += own.back();
+    }
+    std::vector<Datum> datums;
+    for (std::size_t m = 0; m < sections.size(); ++m)
+        datums.push_back({fit.motion, fit.slopes[m], all - own[m], all});
+    return datums;
+}
+
+SectionFit undone(SectionFit fit, const PlaneMotion& motion) {
+    for (auto* points : {&fit.contour, &fit.centre_curve}) {
+        for (ContourPoint& point : *points) {
+            point.position_mm = motion.undo(point.position_mm);
+            point.normal = motion.undo_on_direction(point.normal);
+        }
+    }
+    fit.le_point_mm = motion.undo(fit.le_point_mm);
+    fit.te_point_mm = motion.undo(fit.te_point_mm);
+    Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
+    turn.topLeftCorner<2, 2>() << std::cos(motion.turn_rad), std::sin(motion.turn_rad), -std::sin(motion.turn_rad),
+        std::cos(motion.turn_rad);
+    for (EdgeFit* edge : {&fit.le, &fit.te}) {
+        edge->centre_mm = motion.undo(edge->centre_mm);
+        edge->covariance_mm2 = (turn * edge->covariance_mm2 * turn.transpose()).eval();
+    }
+    fit.contour_noise.lies_in(motion);
+    return fit;
+}
+
+}  // namespace cmm::fitting

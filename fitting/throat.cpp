@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/throat.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace cmm::fitting {
+namespace {
+
+constexpr std::size_t looked_at = 300;  // points of each blade for the first look
+constexpr int most_feet = 200;
+constexpr double settled_mm = 1e-9;
+constexpr double least_mm = 1e-3;  // less is no passage: the search ends where the outlines cross
+
+/// The two places between which the distance is measured: of the blade, and of its neighbour before it was moved.
+struct Gap {
+    ContourPlace here, there;
+    double width_mm = std::numeric_limits<double>::max();
+};
+
+Gap first_look(const ContourGeometry& contour, const Vec2& pitch) {
+    const std::size_t stride = std::max<std::size_t>(1, contour.size() / looked_at);
+    Gap best;
+    for (std::size_t i = 0; i < contour.size(); i += stride) {
+        for (std::size_t k = 0; k < contour.size(); k += stride) {
+            const double width = (contour.point(k).position_mm + pitch - contour.point(i).position_mm).norm();
+            if (width < best.width_mm) best = {{i, 0.0}, {k, 0.0}, width};
+        }
+    }
+    return best;
+}
+
+}  // namespace
+
+core::Result<Measure> measure_throat(MeasuredSection& section, const Vec2& pitch_mm) {
+    const ContourGeometry& contour = section.contour();
+    const auto refuse = [](const char* why) {
+        return core::fail(core::ErrorCode::fit_not_evaluable, std::string("throat: ") + why);
+    };
+    Gap gap = first_look(contour, pitch_mm);
+    for (int k = 0; k < most_feet; ++k) {
+        gap.there = contour.foot(contour.position(gap.here) - pitch_mm, contour.whole(), &gap.there);
+        gap.here = contour.foot(contour.position(gap.there) + pitch_mm, contour.whole(), &gap.here);
+        const Vec2 across = contour.position(gap.there) + pitch_mm - contour.position(gap.here);
+        const double change = gap.width_mm - across.norm();
+        gap.width_mm = across.norm();
+        if (std::abs(change) > settled_mm) continue;
+        // Where the blades touch or cross, the way from one to the other leads through material.
+        if (gap.width_mm < least_mm || !(across.dot(contour.normal(gap.here)) > 0.5 * gap.width_mm))
+            return refuse("the neighbours touch");
+        Measure out{"THROAT: smallest distance to the same section moved by the nominal pitch", gap.width_mm, {}, 0.0};
+        contour.add(gap.here, -1.0, out.slopes);
+        contour.add(gap.there, -1.0, out.slopes);
+        return out;
+    }
+    return refuse("the search does not settle");
+}
+
+}  // namespace cmm::fitting
