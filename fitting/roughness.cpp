@@ -18,8 +18,33 @@ void Roughness::reset(const std::vector<double>& variance, std::size_t window, d
     variance_ = variance;
     log_scale_.resize(variance.size());
     std::transform(variance.begin(), variance.end(), log_scale_.begin(), [](double v) { return std::log(v); });
+    held_.assign(variance.size(), 0);
     window_ = window;
     few_ = few;
+}
+
+void Roughness::carry_over(const std::vector<std::size_t>& from, const std::vector<Run>& calm) {
+    for (const Run& run : calm) {
+        const double log_scale = std::min(log_scale_[run.first], log_scale_[run.last]);
+        const double variance = std::min(variance_[run.first], variance_[run.last]);
+        for (std::size_t k = run.first; k <= run.last; ++k) {
+            log_scale_[k] = log_scale;
+            variance_[k] = variance;
+        }
+    }
+    std::vector<double> variance(from.size()), log_scale(from.size());
+    for (std::size_t k = 0; k < from.size(); ++k) {
+        variance[k] = variance_[from[k]];
+        log_scale[k] = log_scale_[from[k]];
+    }
+    variance_.swap(variance);
+    log_scale_.swap(log_scale);
+    held_.assign(from.size(), 0);
+}
+
+void Roughness::hold(std::size_t knot, double variance) {
+    variance_[knot] = variance;
+    held_[knot] = 1;
 }
 
 void Roughness::sum_window(std::vector<double>& values, std::size_t w) {
@@ -41,6 +66,10 @@ void Roughness::update(const std::vector<double>& jump, const std::vector<double
     known_.resize(n);
     const auto determined = [&](std::size_t k) { return std::clamp(1.0 - uncertain[k] / variance_[k], 0.0, 1.0); };
     for (std::size_t k = 0; k < n; ++k) {
+        if (held_[k] != 0) {
+            known_[k] = pull_[k] = 0.0;
+            continue;
+        }
         known_[k] = determined(k);
         const double square = jump[k] * jump[k] * std::exp(-log_scale_[k]);
         pull_[k] = (known_[k] + few_) * std::log((square + few_) / (known_[k] + few_));
@@ -53,6 +82,7 @@ void Roughness::update(const std::vector<double>& jump, const std::vector<double
     const std::size_t half = window_ / 2;
     sum_window(pull_, half);
     for (std::size_t k = 0; k < n; ++k) {
+        if (held_[k] != 0) continue;
         const double part = determined(k);
         log_scale_[k] = std::max(log_scale_[k] + pull_[k] / static_cast<double>(2 * half + 1), least_log);
         const double updated = (jump[k] * jump[k] + few_ * std::exp(log_scale_[k])) / (part + few_);

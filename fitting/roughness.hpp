@@ -18,6 +18,15 @@ class Roughness {
 
     const std::vector<double>& variance() const { return variance_; }
 
+    /// Goes over to other knots: each takes what was known at the old knot that `from` names; at those of `calm` (old
+    /// knots) the roughness of the calmer of the two at either end of their run takes its place.
+    struct Run {
+        std::size_t first = 0, last = 0;
+    };
+    void carry_over(const std::vector<std::size_t>& from, const std::vector<Run>& calm);
+    /// The variance at a knot is given, and neither changes nor says anything of its neighbours. Infinite: any jump.
+    void hold(std::size_t knot, double variance);
+
     /// One update. `jump` is the posterior mean of x_k, `uncertain` its posterior variance.
     void update(const std::vector<double>& jump, const std::vector<double>& uncertain);
 
@@ -26,6 +35,7 @@ class Roughness {
     void sum_window(std::vector<double>& values, std::size_t w);
 
     std::vector<double> variance_, log_scale_;
+    std::vector<char> held_;
     std::vector<double> pull_, known_, sums_;
     std::size_t window_ = 2;
     double few_ = 0.3;

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <numeric>
 #include <string>
 
+#include "fitting/curvature_joints.hpp"
 #include "fitting/knot_spacing.hpp"
 #include "fitting/least_squares.hpp"
 #include "fitting/roughness.hpp"
@@ -32,7 +34,11 @@ constexpr double start_roughness = 1e-6;
 /// exp(sqrt(2)): the logarithm of a variance that one degree of freedom tells has the variance 2, and a knot and its
 /// neighbours tell hardly more of theirs. The uncertainty is that of a curve so much rougher than is likeliest.
 constexpr double roughness_doubt = 4.11;
-constexpr int rounds = 2, tunings = 7, last_tunings = 2;
+constexpr std::size_t sharing_knots = 2;  // to either side, that share a scale of the roughness
+constexpr double student_freedom = 0.3;
+constexpr int tunings = 7, joint_tunings = 3, last_tunings = 2;
+constexpr int most_shifts = 4;        // of the joints
+constexpr double stray_sigmas = 2.0;  // of a joint's shift: the step of the curvature times its square
 constexpr double least_speed = 0.05;  // of the parameter, which is nearly a length; below it the curve has a cusp
 constexpr double longest_period_mm = 1e7;
 
@@ -51,24 +57,26 @@ double rough_sigma(std::span<const Vec2> points) {
 
 class Smoother {
   public:
-    Smoother(std::span<const Vec2> points, Stiffness stiffness) : input_(points), stiffness_(stiffness) {}
+    explicit Smoother(std::span<const Vec2> points) : input_(points) {}
 
-    core::Status run() {
+    /// Without joints the curvature of the curve is continuous everywhere.
+    core::Status run(bool with_joints) {
         sigma_ = rough_sigma(input_);
         parametrise_by_chords();
         if (!std::isfinite(sigma_) || !(period_ > 0.0 && period_ < longest_period_mm))
             return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: the points span no plausible length");
         sort_points();
         if (auto status = start(); !status) return status;
-        for (int round = 0; round < rounds; ++round) {
-            measure();
-            const int count = round == 0 ? tunings : last_tunings;
-            for (int tuning = 0; tuning < count; ++tuning) {
-                if (!solve()) return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: singular system");
-                tune();
-            }
-            move();
+        if (auto status = refine(tunings); !status) return status;
+        if (with_joints) {
+            measure_jumps();
+            joints_ = find_curvature_joints(breaks_, slope_, length_, sigma_);
         }
+        if (joints_.empty()) {
+            measure();
+            if (auto status = refine(last_tunings); !status) return status;
+        }
+        if (auto status = place_joints(); !status) return status;
         measure();
         return {};
     }
@@ -111,6 +119,95 @@ class Smoother {
 
   private:
     std::size_t wrapped(std::size_t control) const { return control < spans_ ? control : control - spans_; }
+
+    /// So many solutions, each with the noise and the roughness that the one before tells; then the curve moves.
+    core::Status refine(int count) {
+        for (int tuning = 0; tuning < count; ++tuning) {
+            if (!solve()) return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: singular system");
+            tune();
+        }
+        move();
+        return {};
+    }
+
+    core::Status place_joints() {
+        if (joints_.empty()) return {};
+        if (auto status = open_joints(); !status) return status;
+        for (int shift = 0;; ++shift) {
+            if (auto status = refine(joint_tunings); !status) return status;
+            if (shift == most_shifts || (shift > 0 && !joints_strayed_)) return {};
+            if (auto status = shift_joints(); !status) return status;
+        }
+    }
+
+    /// Knots where the curvature may jump, in place of the ramps; the roughness of a ramp is no roughness of the curve.
+    core::Status open_joints() {
+        std::vector<Roughness::Run> ramps;
+        for (const CurvatureJoint& joint : joints_)
+            ramps.push_back({joint.first_span - 1, joint.last_span});
+        return set_joints(breaks_, ramps);
+    }
+
+    /// Each joint goes to where the tangents of both sides agree.
+    core::Status shift_joints() {
+        std::vector<double> breaks;
+        std::size_t next = 0;
+        joints_strayed_ = false;
+        for (std::size_t j = 0; j < joints_.size(); ++j) {
+            CurvatureJoint& joint = joints_[j];
+            const JointKnots& knots = joint_knots_[j];
+            for (; next < knots.middle - 1; ++next)
+                breaks.push_back(breaks_[next]);
+            next = knots.middle + 2;
+            const double before = curve_.jet(joint.t - knots.apart).curvature();
+            const double behind = curve_.jet(joint.t + knots.apart).curvature();
+            const double between = curve_.jet(joint.t).curvature();
+            const double turn = knots.apart * (between - 0.5 * (before + behind)), step = behind - before;
+            const double most = 0.5 * joint.width_mm;
+            const double last = joint.t;
+            if (std::isfinite(turn / step)) joint.t -= std::clamp(turn / step, -most, most);
+            joint.t = std::clamp(joint.t, joint.from_t, joint.to_t);
+            joint.step = step;
+            const double strayed = joint.t - last;
+            if (std::abs(step) * strayed * strayed > stray_sigmas * sigma_) joints_strayed_ = true;
+        }
+        breaks.insert(breaks.end(), breaks_.begin() + static_cast<std::ptrdiff_t>(next), breaks_.end());
+        return set_joints(breaks, {});
+    }
+
+    core::Status set_joints(const std::vector<double>& plain, const std::vector<Roughness::Run>& ramps) {
+        auto breaks = breaks_with_joints(plain, joints_, joint_knots_);
+        std::vector<std::size_t> from(breaks.size() - 1);
+        std::size_t old = 0;  // knot k is break k + 1
+        for (std::size_t k = 0; k < from.size(); ++k) {
+            const double t = breaks[k + 1];
+            while (old + 1 < spans_ && std::abs(breaks_[old + 2] - t) <= std::abs(breaks_[old + 1] - t))
+                ++old;
+            from[k] = old;
+        }
+        roughness_.carry_over(from, ramps);
+        for (std::size_t j = 0; j < joints_.size(); ++j) {
+            const CurvatureJoint& joint = joints_[j];
+            const auto& [middle, apart] = joint_knots_[j];
+            // A joint elsewhere by d turns the tangent by step d: the change of slope at the middle knot is
+            // 2 step d / apart^2.
+            const double turn = 2.0 * joint.step * 0.5 * joint.width_mm / (apart * apart * std::sqrt(apart));
+            roughness_.hold(middle - 2, std::numeric_limits<double>::infinity());
+            roughness_.hold(middle - 1, turn * turn);
+            roughness_.hold(middle, std::numeric_limits<double>::infinity());
+        }
+        breaks_ = std::move(breaks);
+        if (auto status = least_squares_.set_knots(breaks_, true); !status) return status;
+        spans_ = least_squares_.spans();
+        const auto knots = least_squares_.knots();
+        controls_.resize(spans_);
+        for (std::size_t k = 0; k < spans_; ++k)
+            controls_[k] = curve_.blossom(knots[k + 1], knots[k + 2], knots[k + 3]);
+        set_curve();
+        measure();
+        return {};
+    }
+
     double width(std::size_t k) const { return breaks_[k + 1] - breaks_[k]; }
 
     /// Chord lengths between anchors that are clearly farther apart than the noise; the points between are projected.
@@ -206,8 +303,7 @@ class Smoother {
         std::vector<double> variance(spans_);
         for (std::size_t k = 0; k < spans_; ++k)
             variance[k] = start_roughness / std::pow(width(k), 5);
-        const bool stiff = stiffness_ == Stiffness::stiff;
-        roughness_.reset(variance, stiff ? 8 : 2, stiff ? 30.0 : 0.3);
+        roughness_.reset(variance, sharing_knots, student_freedom);
         return {};
     }
 
@@ -246,6 +342,7 @@ class Smoother {
             basis_[i] = least_squares_.basis(span).at(u / width(span));
         }
         measure_jumps();
+        sum_points();
     }
 
     void measure_jumps() {
@@ -253,7 +350,7 @@ class Smoother {
         slope_row_.resize(spans_);
         jump_.resize(spans_);
         jump_row_.resize(spans_);
-        std::vector<double> length(spans_);
+        length_.resize(spans_);
         for (std::size_t k = 0; k < spans_; ++k) {
             const double h = width(k), u = 0.5 * h;
             const PiecewiseCubic::Piece& c = curve_.pieces()[k];
@@ -261,7 +358,7 @@ class Smoother {
             const double speed = std::max(d1.norm(), least_speed), cube = speed * speed * speed;
             const double curvature = cross(d1, d2) / cube;
             slope_[k] = (cross(d1, d3) / cube - 3.0 * cross(d1, d2) * d1.dot(d2) / (cube * speed * speed)) / speed;
-            length[k] = h * speed;
+            length_[k] = h * speed;
             // A displacement d to the right changes the curvature by -(d'' + curvature^2 d).
             const auto& p = least_squares_.basis(k).power;
             for (std::size_t a = 0; a < 4; ++a) {
@@ -271,12 +368,11 @@ class Smoother {
         }
         for (std::size_t k = 0; k < spans_; ++k) {
             const std::size_t next = wrapped(k + 1);
-            const double scale = 1.0 / std::sqrt(0.5 * (length[k] + length[next]));
+            const double scale = 1.0 / std::sqrt(0.5 * (length_[k] + length_[next]));
             jump_[k] = scale * (slope_[next] - slope_[k]);
             for (std::size_t a = 0; a < 5; ++a)
                 jump_row_[k][a] = scale * ((a > 0 ? slope_row_[next][a - 1] : 0.0) - (a < 4 ? slope_row_[k][a] : 0.0));
         }
-        sum_points();
     }
 
     /// Gram matrix and moments of the points, span by span.
@@ -376,6 +472,10 @@ class Smoother {
         }
         for (std::size_t k = 0; k < spans_; ++k)
             controls_[k] += displacement_[k] * normals[k];
+        set_curve();
+    }
+
+    void set_curve() {
         std::vector<PiecewiseCubic::Piece> pieces(spans_);
         for (std::size_t k = 0; k < spans_; ++k) {
             double scale = 1.0;
@@ -390,7 +490,6 @@ class Smoother {
     }
 
     std::span<const Vec2> input_;
-    Stiffness stiffness_;
     std::vector<std::size_t> order_;  // sorted position -> input index
     std::vector<Vec2> points_;        // in the order of their first parameters, like the next four
     std::vector<double> chord_t_, t_, residual_;
@@ -408,7 +507,7 @@ class Smoother {
     LeastSquaresSpline least_squares_;
     std::vector<Vec2> controls_;
     PiecewiseCubic curve_;
-    std::vector<double> slope_, jump_;  // of the curvature by length: per span, and scaled jump per knot
+    std::vector<double> length_, slope_, jump_;  // of the curvature by length: per span, and scaled jump per knot
     std::vector<Four> slope_row_;
     std::vector<Five> jump_row_;
     std::vector<std::array<Four, 4>> gram_;
@@ -418,17 +517,22 @@ class Smoother {
     std::vector<BandSolver<4>::Row> inverse_;
     std::vector<double> displacement_, moved_, uncertain_;
     Roughness roughness_;
+    std::vector<CurvatureJoint> joints_;
+    std::vector<JointKnots> joint_knots_;
+    bool joints_strayed_ = false;  // in the latest shift, so far that another one follows
 };
 
 }  // namespace
 
-core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points, Stiffness stiffness) {
+core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points) {
     if (points.size() < points_needed)
         return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: needs " + std::to_string(points_needed) +
                                                             " points, got " + std::to_string(points.size()));
-    Smoother smoother(points, stiffness);
-    if (const auto status = smoother.run(); !status) return tl::unexpected(status.error());
-    return std::move(smoother).result();
+    Smoother smoother(points);
+    if (smoother.run(true)) return std::move(smoother).result();
+    Smoother plain(points);
+    if (const auto status = plain.run(false); !status) return tl::unexpected(status.error());
+    return std::move(plain).result();
 }
 
 }  // namespace cmm::fitting

@@ -14,12 +14,6 @@
 
 namespace cmm::fitting {
 
-/// How freely the roughness of the curve may change from place to place.
-enum class Stiffness : std::uint8_t {
-    supple,  ///< at once: corners and ends of arcs are followed
-    stiff,   ///< slowly: a run of bad points stands out
-};
-
 /// The curve's standard uncertainty from the noise of the points, everywhere: posterior variance of the normal
 /// displacement (docs/theory.md, section 3). Value type; copies share the factored system.
 class CurveNoise {
@@ -64,6 +58,6 @@ struct SmoothCurve {
 /// Fits points that go round once, counter-clockwise, in order. Nothing is told about the noise: the strength of the
 /// smoothing follows from the points, locally (docs/theory.md, section 3). O(n). Errors: fit_not_evaluable (fewer than
 /// 12 points, singular).
-core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points, Stiffness stiffness = Stiffness::supple);
+core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points);
 
 }  // namespace cmm::fitting

@@ -32,6 +32,14 @@ Jet PiecewiseCubic::jet_in(std::size_t span, double t) const {
     return {a + u * (b + u * (c + u * d)), b + u * (2.0 * c + 3.0 * u * d), 2.0 * c + 6.0 * u * d};
 }
 
+Vec2 PiecewiseCubic::blossom(double a, double b, double c) const {
+    double t = b;
+    const std::size_t span = span_of(t);
+    const double v = t - breaks_[span], u = v + a - b, w = v + c - b;
+    const auto& [c0, c1, c2, c3] = pieces_[span];
+    return c0 + (u + v + w) / 3.0 * c1 + (u * v + u * w + v * w) / 3.0 * c2 + u * v * w * c3;
+}
+
 std::vector<double> chord_parameters(std::span<const Vec2> points, bool closed) {
     std::vector<double> t(points.size() + (closed ? 1 : 0), 0.0);
     for (std::size_t i = 1; i < t.size(); ++i)

@@ -73,9 +73,9 @@ FamilyErrors measure(Family family, double sigma_mm, double bad_share) {
 TEST(FamilyContour, OneMicrometreOfNoise) {
     for (const Family family : families::all_families) {
         const FamilyErrors all = measure(family, 1e-3, 0.0);
-        EXPECT_LT(all.sides.rms_um(), 0.37);
-        EXPECT_LT(all.edges.rms_um(), 0.45);
-        EXPECT_LT(all.sides.largest_um, 3.5);
+        EXPECT_LT(all.sides.rms_um(), 0.32);
+        EXPECT_LT(all.edges.rms_um(), 0.40);
+        EXPECT_LT(all.sides.largest_um, 2.1);
         EXPECT_LT(all.edges.largest_um, 1.6);
         EXPECT_GT(all.covered, 0.93);
         EXPECT_LT(all.covered, 0.97);
@@ -94,10 +94,10 @@ TEST(FamilyContour, IntervalsAtOtherNoise) {
 TEST(FamilyContour, WithoutNoise) {
     for (const Family family : families::all_families) {
         const FamilyErrors all = measure(family, 0.0, 0.0);
-        EXPECT_LT(all.sides.rms_um(), 0.02);
-        EXPECT_LT(all.edges.rms_um(), 0.01);
-        EXPECT_LT(all.sides.largest_um, 0.4);
-        EXPECT_LT(all.edges.largest_um, 0.1);
+        EXPECT_LT(all.sides.rms_um(), 0.005);
+        EXPECT_LT(all.edges.rms_um(), 0.005);
+        EXPECT_LT(all.sides.largest_um, 0.03);
+        EXPECT_LT(all.edges.largest_um, 0.03);
     }
 }
 

@@ -99,7 +99,7 @@ TEST(Smoothing, ExactPointsOfAnAirfoil) {
     for (const double offset : {0.0, 1.0}) {
         const auto off = deviation(Airfoil(offset), 1000, Spacing::edges, 0.0, 6);
         EXPECT_LT(off.rms, 0.02);
-        EXPECT_LT(off.max, 0.5);
+        EXPECT_LT(off.max, 0.4);
     }
 }
 

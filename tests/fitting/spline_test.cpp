@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <numbers>
 
 namespace cmm::fitting {
@@ -26,6 +27,30 @@ double worst_radius_error(std::size_t n) {
     for (int k = 0; k < 1000; ++k)
         worst = std::max(worst, std::abs(spline.jet(spline.period() * k / 1000.0).position.norm() - 2.0));
     return worst;
+}
+
+/// The blossoms at neighbouring knots are the controls of de Boor's algorithm.
+TEST(PeriodicSpline, BlossomsAreItsControls) {
+    const auto points = circle(9, 1.5);
+    const auto spline = interpolate_periodic(points, chord_parameters(points, true));
+    const auto knot = [&](int k) {
+        const int n = static_cast<int>(spline.spans());
+        const int turns = k < 0 ? -1 : k / n;
+        return spline.breaks()[static_cast<std::size_t>(k - turns * n)] + turns * spline.period();
+    };
+    for (int k = 0; k < 9; ++k) {
+        const double t = 0.3 * knot(k) + 0.7 * knot(k + 1);
+        std::array<Vec2, 4> d;
+        for (int a = 0; a < 4; ++a)
+            d[static_cast<std::size_t>(a)] = spline.blossom(knot(k + a - 2), knot(k + a - 1), knot(k + a));
+        for (int r = 1; r <= 3; ++r)
+            for (int a = 3; a >= r; --a) {
+                const double left = knot(k + a - 3), right = knot(k + a - r + 1), share = (t - left) / (right - left);
+                auto& to = d[static_cast<std::size_t>(a)];
+                to = (1.0 - share) * d[static_cast<std::size_t>(a - 1)] + share * to;
+            }
+        EXPECT_LT((d[3] - spline.jet(t).position).norm(), 1e-13) << k;
+    }
 }
 
 TEST(PeriodicSpline, GoesThroughItsPointsWithTwoContinuousDerivatives) {

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace cmm::fitting {
+
+/// A place where the curvature of a closed curve jumps, as where an edge's arc meets a side.
+struct CurvatureJoint {
+    double t = 0.0;                             ///< parameter
+    double step = 0.0;                          ///< of the curvature, 1/mm
+    double width_mm = 0.0;                      ///< the ramp that a curve without joint makes of it
+    std::size_t first_span = 0, last_span = 0;  ///< that the ramp covers
+    double from_t = 0.0, to_t = 0.0;            ///< the same by parameter: joints stay apart from each other
+};
+
+/// Finds the ramps of a cubic spline's curvature that stand for jumps: one to four spans over which it changes at once,
+/// four times as steeply as before and behind, and by so much that the ramp is off a true jump by more than a third of
+/// `sigma_mm`. `breaks`: spans + 1 parameters; `slope`: of the curvature by length in each span, 1/mm^2; `length`: of
+/// the spans, mm. O(spans).
+std::vector<CurvatureJoint> find_curvature_joints(std::span<const double> breaks, std::span<const double> slope,
+                                                  std::span<const double> length, double sigma_mm);
+
+/// Three knots as near to each other as this share of the span that held the joint.
+struct JointKnots {
+    std::size_t middle = 0;  ///< index of the middle one
+    double apart = 0.0;      ///< of neighbours, by parameter
+};
+
+/// The breaks with three knots at each joint in place of those that were nearer to it than a third of a span: between
+/// them the curvature may jump and the tangent turn. `joints` in ascending order; what is written to `at` goes with
+/// them. The first and the last break stay.
+std::vector<double> breaks_with_joints(std::span<const double> breaks, std::span<const CurvatureJoint> joints,
+                                       std::vector<JointKnots>& at);
+
+}  // namespace cmm::fitting
