@@ -13,7 +13,6 @@ constexpr double core_share = 0.5;      // of the steepest slope
 constexpr double step_share = 0.2;      // of what the curvature changes over the steep spans
 constexpr double least_effect = 1.0 / 3.0;
 constexpr int iterations = 6;
-constexpr double knot_share = 0.02;   // of a span: how near the three knots are
 constexpr double clear_share = 0.35;  // of a span: free of other knots
 
 }  // namespace
@@ -65,24 +64,24 @@ std::vector<CurvatureJoint> find_curvature_joints(std::span<const double> breaks
     return joints;
 }
 
-std::vector<double> breaks_with_joints(std::span<const double> breaks, std::span<const CurvatureJoint> joints,
-                                       std::vector<JointKnots>& at) {
+std::vector<double> breaks_with_joints(std::span<const double> breaks, std::span<const double> places,
+                                       std::size_t knots, double share, std::vector<KnotCluster>& at) {
     std::vector<double> out;
-    out.reserve(breaks.size() + 3 * joints.size());
+    out.reserve(breaks.size() + knots * places.size());
     at.clear();
     std::size_t k = 0;
-    for (const CurvatureJoint& joint : joints) {
-        const auto next = std::upper_bound(breaks.begin(), breaks.end(), joint.t);
+    for (const double place : places) {
+        const auto next = std::upper_bound(breaks.begin(), breaks.end(), place);
         const auto span = static_cast<std::size_t>(next - breaks.begin()) - 1;
         const double width = breaks[span + 1] - breaks[span];
-        const double clear = clear_share * width, apart = knot_share * width;
-        for (; k < breaks.size() && breaks[k] < joint.t - clear; ++k)
+        const double clear = clear_share * width, apart = share * width;
+        for (; k < breaks.size() && breaks[k] < place - clear; ++k)
             out.push_back(breaks[k]);
-        while (k + 1 < breaks.size() && breaks[k] <= joint.t + clear)
+        while (k + 1 < breaks.size() && breaks[k] <= place + clear)
             ++k;
-        at.push_back({out.size() + 1, apart});
-        for (const double off : {-apart, 0.0, apart})
-            out.push_back(joint.t + off);
+        at.push_back({out.size(), apart});
+        for (std::size_t j = 0; j < knots; ++j)
+            out.push_back(place + (static_cast<double>(j) - 0.5 * static_cast<double>(knots - 1)) * apart);
     }
     for (; k < breaks.size(); ++k)
         out.push_back(breaks[k]);

@@ -23,16 +23,16 @@ struct CurvatureJoint {
 std::vector<CurvatureJoint> find_curvature_joints(std::span<const double> breaks, std::span<const double> slope,
                                                   std::span<const double> length, double sigma_mm);
 
-/// Three knots as near to each other as this share of the span that held the joint.
-struct JointKnots {
-    std::size_t middle = 0;  ///< index of the middle one
-    double apart = 0.0;      ///< of neighbours, by parameter
+/// Knots that stand close together.
+struct KnotCluster {
+    std::size_t first = 0;  ///< index of the first one
+    double apart = 0.0;     ///< of neighbours, by parameter
 };
 
-/// The breaks with three knots at each joint in place of those that were nearer to it than a third of a span: between
-/// them the curvature may jump and the tangent turn. `joints` in ascending order; what is written to `at` goes with
-/// them. The first and the last break stay.
-std::vector<double> breaks_with_joints(std::span<const double> breaks, std::span<const CurvatureJoint> joints,
-                                       std::vector<JointKnots>& at);
+/// The breaks with `knots` of them round each place, `share` of a span apart, instead of those that were nearer to it
+/// than a third of a span: between two the curvature may jump, between three the tangent may turn. `places` ascend;
+/// what is written to `at` goes with them. The first and the last break stay.
+std::vector<double> breaks_with_joints(std::span<const double> breaks, std::span<const double> places,
+                                       std::size_t knots, double share, std::vector<KnotCluster>& at);
 
 }  // namespace cmm::fitting

@@ -37,6 +37,7 @@ constexpr double roughness_doubt = 4.11;
 constexpr std::size_t sharing_knots = 2;  // to either side, that share a scale of the roughness
 constexpr double student_freedom = 0.3;
 constexpr int tunings = 7, joint_tunings = 3, last_tunings = 2;
+constexpr double knot_share = 0.02;   // of a span: how near the knots of a joint are
 constexpr int most_shifts = 4;        // of the joints
 constexpr double stray_sigmas = 2.0;  // of a joint's shift: the step of the curvature times its square
 constexpr double least_speed = 0.05;  // of the parameter, which is nearly a length; below it the curve has a cusp
@@ -103,6 +104,8 @@ class Smoother {
         }
         out.sigma_mm = sigma_;
         out.freedom = freedom_;
+        for (const CurvatureJoint& joint : joints_)
+            out.joints.push_back({joint.t, joint.step});
         if (solve(roughness_doubt)) normal_.invert(inverse_);
         std::vector<Four> covariance(spans_);
         for (std::size_t k = 0; k < spans_; ++k)
@@ -155,10 +158,10 @@ class Smoother {
         joints_strayed_ = false;
         for (std::size_t j = 0; j < joints_.size(); ++j) {
             CurvatureJoint& joint = joints_[j];
-            const JointKnots& knots = joint_knots_[j];
-            for (; next < knots.middle - 1; ++next)
+            const KnotCluster& knots = joint_knots_[j];
+            for (; next < knots.first; ++next)
                 breaks.push_back(breaks_[next]);
-            next = knots.middle + 2;
+            next = knots.first + 3;
             const double before = curve_.jet(joint.t - knots.apart).curvature();
             const double behind = curve_.jet(joint.t + knots.apart).curvature();
             const double between = curve_.jet(joint.t).curvature();
@@ -176,7 +179,10 @@ class Smoother {
     }
 
     core::Status set_joints(const std::vector<double>& plain, const std::vector<Roughness::Run>& ramps) {
-        auto breaks = breaks_with_joints(plain, joints_, joint_knots_);
+        std::vector<double> places;
+        for (const CurvatureJoint& joint : joints_)
+            places.push_back(joint.t);
+        auto breaks = breaks_with_joints(plain, places, 3, knot_share, joint_knots_);
         std::vector<std::size_t> from(breaks.size() - 1);
         std::size_t old = 0;  // knot k is break k + 1
         for (std::size_t k = 0; k < from.size(); ++k) {
@@ -188,13 +194,13 @@ class Smoother {
         roughness_.carry_over(from, ramps);
         for (std::size_t j = 0; j < joints_.size(); ++j) {
             const CurvatureJoint& joint = joints_[j];
-            const auto& [middle, apart] = joint_knots_[j];
+            const auto& [first, apart] = joint_knots_[j];
             // A joint elsewhere by d turns the tangent by step d: the change of slope at the middle knot is
             // 2 step d / apart^2.
             const double turn = 2.0 * joint.step * 0.5 * joint.width_mm / (apart * apart * std::sqrt(apart));
-            roughness_.hold(middle - 2, std::numeric_limits<double>::infinity());
-            roughness_.hold(middle - 1, turn * turn);
-            roughness_.hold(middle, std::numeric_limits<double>::infinity());
+            roughness_.hold(first - 1, std::numeric_limits<double>::infinity());
+            roughness_.hold(first, turn * turn);
+            roughness_.hold(first + 1, std::numeric_limits<double>::infinity());
         }
         breaks_ = std::move(breaks);
         if (auto status = least_squares_.set_knots(breaks_, true); !status) return status;
@@ -518,7 +524,7 @@ class Smoother {
     std::vector<double> displacement_, moved_, uncertain_;
     Roughness roughness_;
     std::vector<CurvatureJoint> joints_;
-    std::vector<JointKnots> joint_knots_;
+    std::vector<KnotCluster> joint_knots_;
     bool joints_strayed_ = false;  // in the latest shift, so far that another one follows
 };
 

@@ -44,6 +44,12 @@ class CurveNoise {
     double point_sigma_mm_ = 0.0;
 };
 
+/// The curvature changes at once.
+struct CurvatureStep {
+    double t = 0.0;     ///< parameter
+    double step = 0.0;  ///< by so much, 1/mm
+};
+
 /// A closed smoothing spline through noisy points (docs/theory.md, "The centre curve").
 struct SmoothCurve {
     PiecewiseCubic curve;
@@ -52,6 +58,7 @@ struct SmoothCurve {
     std::vector<double> leverage;   ///< of each point on its own foot: the variance of a residual is s^2 (1 - leverage)
     double sigma_mm = 0.0;          ///< standard deviation of a point along the normal, estimated
     double freedom = 0.0;           ///< effective number of parameters: the sum of the leverages
+    std::vector<CurvatureStep> joints;  ///< where the curvature jumps, in order
     CurveNoise noise;
 };
 

@@ -12,7 +12,9 @@
 
 #include "core/text.hpp"
 #include "fitting/column_smoother.hpp"
+#include "fitting/curvature_joints.hpp"
 #include "fitting/knot_spacing.hpp"
+#include "fitting/statistics.hpp"
 #include "fitting/surface_index.hpp"
 
 namespace cmm::fitting {
@@ -21,6 +23,7 @@ namespace {
 using core::ErrorCode;
 
 constexpr std::size_t anchor_count = 2000, most_u_spans = 512;
+constexpr double joint_knot_share = 0.1;  // of a span: how near the two knots at a joint are
 /// Weights that are tried; the last leaves hardly more than a cubic.
 constexpr std::array<double, 10> weights{1e-6, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5};
 /// Of the columns that the places on the rows follow.
@@ -28,6 +31,10 @@ constexpr double correction_weight = 1e3;
 /// Columns to either side that share a weight, as a share of all.
 constexpr double window_share = 1.0 / 20.0;
 constexpr double least_distance_mm = 1e-3;  // of rows
+constexpr std::size_t rows_to_stray = 6;    // one of so many may lie apart
+constexpr double stray_weight = 10.0;       // of the columns that it lies apart from
+constexpr double stray_sigmas = 8.0, least_stray_mm = 3e-3;
+constexpr double least_freedom = 0.05;  // of a row: 1 less its leverage
 // Feet farther away than so many times the rms of those before are looked for again with proof.
 constexpr double doubtful = 3.0;
 constexpr double nanometre = 1e-6;
@@ -47,6 +54,7 @@ class RowsFitter {
         sample();
         correct();
         find_normals();
+        set_aside_strays();
         if (!choose_weights()) return unusable("singular across the rows");
         return assemble();
     }
@@ -68,7 +76,8 @@ class RowsFitter {
             u[i] = period * static_cast<double>(i) / static_cast<double>(anchor_count);
             anchors[i] = on_row(rows_.size() / 2, u[i]);
         }
-        breaks_ = graded_knots(anchors, u, period, options_.span_turn_rad, most_u_spans);
+        const auto plain = graded_knots(anchors, u, period, options_.span_turn_rad, most_u_spans);
+        breaks_ = breaks_with_joints(plain, alignment_.joints(), 2, joint_knot_share, joints_);
     }
 
     void lay_out() {
@@ -121,12 +130,53 @@ class RowsFitter {
             }
     }
 
+    /// Where one row lies apart from what all others say (a run of bad points that nothing in its section betrays), the
+    /// others do not follow it: its place in the column is taken by what they foretell, worst first. The two lowest and
+    /// the two highest rows, which have neighbours on one side only, stand.
+    void set_aside_strays() {
+        const std::size_t n = columns_.size(), m = rows_.size();
+        if (m < rows_to_stray || !smoother_.set_weight(stray_weight)) return;
+        std::vector<std::vector<double>> off(n, std::vector<double>(m));  // of each row, over its standard deviation
+        const auto measure = [&](std::size_t i) {
+            smoother_.solve(columns_[i], controls_);
+            for (std::size_t k = 0; k < m; ++k)
+                off[i][k] = normals_[i][k].dot(columns_[i][k] - smoother_.at_row(k, controls_)) /
+                            std::sqrt(std::max(1.0 - smoother_.leverage(k), least_freedom));
+        };
+        for (std::size_t i = 0; i < n; ++i)
+            measure(i);
+        std::vector<double> scale(n), near;
+        const auto window = window_of(n);
+        for (std::size_t i = 0; i < n; ++i) {
+            near.clear();
+            for (std::size_t j = 0; j <= 2 * window; ++j)
+                for (const double o : off[(i + n + j - window) % n])
+                    near.push_back(std::abs(o));
+            scale[i] = nth_smallest(near, near.size() / 2) / 0.6745;
+        }
+        for (std::size_t i = 0; i < n; ++i)
+            for (std::size_t stray = 0; stray < m / rows_to_stray; ++stray) {
+                const auto less = [](double a, double b) { return std::abs(a) < std::abs(b); };
+                const auto inner = std::max_element(off[i].begin() + 2, off[i].end() - 2, less);
+                if (std::abs(*inner) < std::max(stray_sigmas * scale[i], least_stray_mm)) break;
+                const auto worst = static_cast<std::size_t>(inner - off[i].begin());
+                const double freedom = std::max(1.0 - smoother_.leverage(worst), least_freedom);
+                columns_[i][worst] -= off[i][worst] / std::sqrt(freedom) * normals_[i][worst];
+                measure(i);
+            }
+    }
+
+    /// Columns to either side that are looked at together.
+    static std::size_t window_of(std::size_t columns) {
+        return std::max<std::size_t>(1, static_cast<std::size_t>(window_share * static_cast<double>(columns)));
+    }
+
     /// Generalised cross-validation (Craven and Wahba 1979) over windows of columns.
     bool choose_weights() {
         const std::size_t n = columns_.size(), m = rows_.size();
         chosen_.assign(n, 0);
         std::vector<double> best(n), squares(n), kept(n, 0.0);
-        const auto window = std::max<std::size_t>(1, static_cast<std::size_t>(window_share * static_cast<double>(n)));
+        const auto window = window_of(n);
         freedom_.assign(n, 0.0);
         for (std::size_t w = 0; w < weights.size(); ++w) {
             if (!smoother_.set_weight(weights[w])) continue;  // too little for so few rows
@@ -151,6 +201,11 @@ class RowsFitter {
                 kept[i] = squares[i] / std::max(free, 0.5);
             }
         }
+        // Two columns that almost coincide are smoothed alike, or the surface would turn between them.
+        for (const KnotCluster& joint : joints_) {
+            chosen_[joint.first + 1] = chosen_[joint.first];
+            freedom_[joint.first + 1] = freedom_[joint.first];
+        }
         row_sigma_ = std::sqrt(std::accumulate(kept.begin(), kept.end(), 0.0) / static_cast<double>(n));
         return std::find(freedom_.begin(), freedom_.end(), 0.0) == freedom_.end();
     }
@@ -174,7 +229,8 @@ class RowsFitter {
             const PiecewiseCubic curve = interpolate_periodic(plane, breaks_);
             const double height = smoother_.axis().abscissa(j);  // so that z = v, to rounding
             for (std::size_t i = 0; i < n; ++i) {
-                const Vec2 control = polar(*axis, i, curve);
+                const auto knots = axis->knots();
+                const Vec2 control = curve.blossom(knots[i + 1], knots[i + 2], knots[i + 3]);
                 controls[j * n + i] = {control.x(), control.y(), height};
             }
         }
@@ -183,20 +239,12 @@ class RowsFitter {
         return SurfaceFit{std::move(*surface), std::move(freedom_), row_sigma_};
     }
 
-    /// Control i: the polar form, at its three inner knots, of the piece between the last two (Ramshaw 1989).
-    Vec2 polar(const CubicAxis& axis, std::size_t i, const PiecewiseCubic& curve) const {
-        const std::size_t n = breaks_.size() - 1;
-        const PiecewiseCubic::Piece& piece = curve.pieces()[(i + n - 1) % n];
-        // The middle one of the three is where the piece begins.
-        const double x = axis.knots()[i + 1] - axis.knots()[i + 2], y = axis.knots()[i + 3] - axis.knots()[i + 2];
-        return piece[0] + (x + y) / 3.0 * piece[1] + x * y / 3.0 * piece[2];
-    }
-
     std::span<const SurfaceRow> rows_;
     const SurfaceFitOptions& options_;
     RowAlignment alignment_;
     ColumnSmoother smoother_;
     std::vector<double> breaks_;
+    std::vector<KnotCluster> joints_;
     std::vector<std::vector<double>> places_;           // arc lengths, by row, then by break
     std::vector<std::vector<Vec3>> columns_, normals_;  // by break, then by row
     std::vector<std::size_t> chosen_;

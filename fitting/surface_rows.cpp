@@ -8,19 +8,25 @@
 #include "fitting/edges.hpp"
 #include "fitting/offset.hpp"
 #include "fitting/small_system.hpp"
+#include "fitting/statistics.hpp"
 
 namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t searched_row_points = 1600;
+constexpr double joint_reach = 2.0;  // from an edge's end, of the end's distance from the nose
+constexpr double joint_share = 0.6;  // of the rows that know a joint
 
-/// The polynomial of least squares of degree up to 3 at the z_k, in place.
-void smooth_over(std::span<const double> z, std::span<double> values) {
+/// The polynomial of least squares of degree up to 3 through what is known at the z_k; those farther from it than six
+/// times the median are left out.
+std::vector<double> smoothed_over(std::span<const double> z, std::span<const std::optional<double>> known) {
     const std::size_t n = z.size();
-    const int terms = static_cast<int>(std::clamp<std::size_t>(n / 3 + 1, 1, 4));
+    std::vector<char> use(n);
+    std::size_t used = 0;
+    for (std::size_t k = 0; k < n; ++k)
+        used += static_cast<std::size_t>(use[k] = static_cast<char>(known[k].has_value()));
+    const int terms = static_cast<int>(std::clamp<std::size_t>(used / 3 + 1, 1, 4));
     const double middle = 0.5 * (z.front() + z.back()), half = std::max(0.5 * (z.back() - z.front()), 1e-12);
-    SmallMatrix normal = SmallMatrix::Zero(terms, terms);
-    SmallVector rhs = SmallVector::Zero(terms);
     const auto powers = [&](double at) {
         SmallVector p(terms);
         p[0] = 1.0;
@@ -28,14 +34,27 @@ void smooth_over(std::span<const double> z, std::span<double> values) {
             p[k] = p[k - 1] * (at - middle) / half;
         return p;
     };
-    for (std::size_t k = 0; k < n; ++k) {
-        const SmallVector p = powers(z[k]);
-        normal += p * p.transpose();
-        rhs += values[k] * p;
+    std::vector<double> values(n);
+    for (int round = 0; round < 2; ++round) {
+        SmallMatrix normal = SmallMatrix::Zero(terms, terms);
+        SmallVector rhs = SmallVector::Zero(terms);
+        for (std::size_t k = 0; k < n; ++k) {
+            if (use[k] == 0) continue;
+            const SmallVector p = powers(z[k]);
+            normal += p * p.transpose();
+            rhs += *known[k] * p;
+        }
+        const SmallVector solution = solve_small(normal, rhs);
+        std::vector<double> off;
+        for (std::size_t k = 0; k < n; ++k) {
+            values[k] = solution.dot(powers(z[k]));
+            if (use[k] != 0) off.push_back(std::abs(*known[k] - values[k]));
+        }
+        const double far = 6.0 * nth_smallest(off, off.size() / 2);
+        for (std::size_t k = 0; k < n; ++k)
+            if (use[k] != 0 && std::abs(*known[k] - values[k]) > far) use[k] = 0;
     }
-    const SmallVector solution = solve_small(normal, rhs);
-    for (std::size_t k = 0; k < n; ++k)
-        values[k] = solution.dot(powers(z[k]));
+    return values;
 }
 
 }  // namespace
@@ -58,9 +77,34 @@ core::Result<SurfaceRow> SurfaceRow::make(SmoothCurve smooth, double z_mm, doubl
     };
     row.features_ = {place(edges->le.nose), place(edges->le.end), place(edges->te.begin),
                      place(edges->te.nose), place(edges->te.end), place(edges->le.begin)};
+    row.find_joints();
     row.le_ = part[edges->le.nose].position;
     row.te_ = part[edges->te.nose].position;
     return row;
+}
+
+/// Beside an end of an edge the joint with the largest step counts. It may be farther from the nose than the end is: an
+/// ellipse's curvature falls long before it meets the side.
+void SurfaceRow::find_joints() {
+    const double total = arc_.total();
+    const auto distance = [&](double a, double b) {
+        const double d = std::abs(a - b);
+        return std::min(d, total - d);
+    };
+    std::array<double, feature_count> largest{};
+    for (const CurvatureStep& joint : smooth_.joints) {
+        double t = joint.t;
+        const std::size_t span = smooth_.curve.span_of(t);
+        const double s = arc_.at(smooth_.curve, {span, t});
+        std::optional<std::size_t> nearest;
+        for (const std::size_t j : {le_end, te_begin, te_end, le_begin})
+            if (!nearest || distance(features_[j], s) < distance(features_[*nearest], s)) nearest = j;
+        const std::size_t nose = *nearest == te_begin || *nearest == te_end ? te_nose : le_nose;
+        const double reach = joint_reach * distance(features_[*nearest], features_[nose]);
+        if (distance(features_[*nearest], s) > reach || std::abs(joint.step) < largest[*nearest]) continue;
+        largest[*nearest] = std::abs(joint.step);
+        joints_[*nearest] = s;
+    }
 }
 
 Vec2 SurfaceRow::at(double s_mm) const {
@@ -74,36 +118,47 @@ RowAlignment::RowAlignment(std::span<const SurfaceRow> rows) {
     const std::size_t n = rows.size();
     std::vector<double> z(n);
     std::array<std::vector<double>, count> ahead;  // of the LE nose
+    const auto from_nose = [&](std::size_t k, double s) {
+        const double d = s - rows[k].features()[SurfaceRow::le_nose], l = rows[k].length_mm();
+        return d - std::floor(d / l) * l;
+    };
     for (std::size_t k = 0; k < n; ++k) {
         z[k] = rows[k].z_mm();
-        for (std::size_t j = 0; j < count; ++j) {
-            const double s = rows[k].features()[j] - rows[k].features()[SurfaceRow::le_nose], l = rows[k].length_mm();
-            ahead[j].push_back(s - std::floor(s / l) * l);
-        }
+        for (std::size_t j = 0; j < count; ++j)
+            ahead[j].push_back(from_nose(k, rows[k].features()[j]));
     }
     // The ends of the edges, as distances from their noses.
+    std::array<bool, count> at_joint{};
     for (const auto& [end, nose] : {std::pair{SurfaceRow::le_end, SurfaceRow::le_nose},
                                     {SurfaceRow::te_begin, SurfaceRow::te_nose},
-                                    {SurfaceRow::te_end, SurfaceRow::te_nose}}) {
-        std::vector<double> apart(n);
+                                    {SurfaceRow::te_end, SurfaceRow::te_nose},
+                                    {SurfaceRow::le_begin, SurfaceRow::le_nose}}) {
+        std::size_t known = 0;
+        for (const SurfaceRow& row : rows)
+            known += static_cast<std::size_t>(row.joints()[end].has_value());
+        at_joint[end] = static_cast<double>(known) > joint_share * static_cast<double>(n);
+        const bool before_le = end == SurfaceRow::le_begin;
+        const auto origin = [&](std::size_t k) { return before_le ? rows[k].length_mm() : ahead[nose][k]; };
+        std::vector<std::optional<double>> apart(n);
+        for (std::size_t k = 0; k < n; ++k) {
+            const auto& joint = rows[k].joints()[end];
+            if (!at_joint[end])
+                apart[k] = ahead[end][k] - origin(k);
+            else if (joint)
+                apart[k] = from_nose(k, *joint) - origin(k);
+        }
+        const auto smooth = smoothed_over(z, apart);
         for (std::size_t k = 0; k < n; ++k)
-            apart[k] = ahead[end][k] - ahead[nose][k];
-        smooth_over(z, apart);
-        for (std::size_t k = 0; k < n; ++k)
-            ahead[end][k] = ahead[nose][k] + apart[k];
+            ahead[end][k] = origin(k) + smooth[k];
     }
-    std::vector<double> before(n);
-    for (std::size_t k = 0; k < n; ++k)
-        before[k] = rows[k].length_mm() - ahead[SurfaceRow::le_begin][k];
-    smooth_over(z, before);
-    for (std::size_t k = 0; k < n; ++k)
-        ahead[SurfaceRow::le_begin][k] = rows[k].length_mm() - before[k];
     for (std::size_t k = 0; k < n; ++k)
         period_ += rows[k].length_mm() / static_cast<double>(n);
     for (std::size_t j = 0; j < count; ++j)
         for (std::size_t k = 0; k < n; ++k)
             u_[j] += ahead[j][k] / rows[k].length_mm() * period_ / static_cast<double>(n);
     u_[count] = period_;
+    for (std::size_t j = 0; j < count; ++j)
+        if (at_joint[j]) joints_.push_back(u_[j]);
     for (std::size_t k = 0; k < n; ++k) {
         Map map;
         for (std::size_t j = 0; j < count; ++j)

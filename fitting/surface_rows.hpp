@@ -31,6 +31,8 @@ class SurfaceRow {
     double length_mm() const { return arc_.total(); }
     const SmoothCurve& smooth() const { return smooth_; }
     const std::array<double, feature_count>& features() const { return features_; }
+    /// Where the curvature jumps beside that end of an edge; none at noses.
+    const std::array<std::optional<double>, feature_count>& joints() const { return joints_; }
     const Vec2& le() const { return le_; }
     const Vec2& te() const { return te_; }
     /// The point at an arc length, any turn.
@@ -40,18 +42,24 @@ class SurfaceRow {
     double z_mm_ = 0.0;
     SmoothCurve smooth_;
     ArcLength arc_;
+    void find_joints();
+
     std::array<double, feature_count> features_{};
+    std::array<std::optional<double>, feature_count> joints_;
     Vec2 le_, te_;
 };
 
 /// One parameter u in [0, period) for all rows, in which LE, TE and their ends have the same place on every row (seed
 /// 001, B11; LE and TE aligned as features): arc length of the mean row, from the LE nose. Where the edges end is
-/// smoothed over the rows, since each row tells it only roughly.
+/// smoothed over the rows, since each row tells it only roughly; where most rows know a joint of the curvature there,
+/// the joints are the ends.
 class RowAlignment {
   public:
     explicit RowAlignment(std::span<const SurfaceRow> rows);
 
     double period() const { return period_; }
+    /// Ends of edges that are joints of the curvature, ascending.
+    const std::vector<double>& joints() const { return joints_; }
     /// Arc length on a row at u: monotone cubic through the features (Fritsch and Carlson 1980).
     double arc_length(std::size_t row, double u) const;
 
@@ -60,6 +68,7 @@ class RowAlignment {
     struct Map {
         std::array<double, count + 1> s, slope;
     };
+    std::vector<double> joints_;
     std::array<double, count + 1> u_{};
     std::vector<Map> maps_;
     double period_ = 0.0;

@@ -85,8 +85,8 @@ Tally3 judge(const families::TwistedBlade& blade, const families::ScanOptions& s
     return tally;
 }
 
-/// Limits of what is reached on these blades. Wanted are 0.25 and 0.60 um rms, 1.5 and 3.0 um at most, without noise
-/// 0.05 and 0.30: of these only the edges' first two are met on all (docs/theory.md, section 12).
+/// Wanted are 0.25 and 0.60 um rms, 1.5 and 3.0 um at most; on the sides of fans a point of a section may stray farther
+/// (docs/theory.md, section 12).
 TEST(Compensation, ContoursOfTwistedBlades) {
     for (const auto family : families::all_families)
         for (const std::uint64_t seed : {1, 3}) {
@@ -97,7 +97,7 @@ TEST(Compensation, ContoursOfTwistedBlades) {
             tally.print(blade.name());
             EXPECT_LT(tally.side.rms_um(), 0.25) << blade.name();
             EXPECT_LT(tally.edge.rms_um(), 0.40) << blade.name();
-            EXPECT_LT(tally.side.largest_um(), 3.0) << blade.name();
+            EXPECT_LT(tally.side.largest_um(), family == families::Family::fan ? 3.0 : 1.8) << blade.name();
             EXPECT_LT(tally.edge.largest_um(), 3.0) << blade.name();
             EXPECT_GT(tally.flat_offset.largest_um(), 5.0) << "a plain 2-D offset is far worse";
         }
@@ -111,8 +111,38 @@ TEST(Compensation, ContoursWithoutNoise) {
         const families::TwistedBlade blade(family, 1);
         const Tally3 tally = judge(blade, scanning);
         tally.print(blade.name() + " without noise");
-        EXPECT_LT(tally.side.rms_um(), 0.07) << blade.name();
-        EXPECT_LT(tally.edge.rms_um(), 0.06) << blade.name();
+        EXPECT_LT(tally.side.rms_um(), 0.01) << blade.name();
+        EXPECT_LT(tally.edge.rms_um(), 0.01) << blade.name();
+        EXPECT_LT(tally.side.largest_um(), 0.05) << blade.name();
+        EXPECT_LT(tally.edge.largest_um(), 0.05) << blade.name();
+    }
+}
+
+/// Dirt on one section, 40 um high over ten points, that its own points do not betray.
+TEST(Compensation, ASectionThatLiesApartDoesNotMoveItsNeighbours) {
+    const families::TwistedBlade blade(families::Family::compressor, 2);
+    auto rows = families::scan_rows(blade, 13, 2, blade.height() - 2, {});
+    constexpr std::size_t dirty = 6;
+    const auto truth = blade.section(rows.heights[dirty]);
+    const Vec2 at = blade.outline(rows.heights[dirty]).at(3.5).position;
+    for (Vec3& p : rows.rows[dirty]) {
+        const double away = (p.head<2>() - at).norm() / 4.0;
+        if (away > 1.5) continue;
+        const families::Foot foot = truth.closest(p.head<2>());
+        const Vec3 out = blade.at(foot.t, rows.heights[dirty]).normal();
+        p.head<2>() += 0.040 * std::exp(-away * away) * out.head<2>().normalized();
+    }
+    SurfaceCompensation compensation(ball_mm);
+    for (std::size_t k = 0; k < rows.rows.size(); ++k)
+        ASSERT_TRUE(compensation.add(flat(rows.rows[k]), rows.heights[k], hints(blade, rows.heights[k])));
+    ASSERT_TRUE(compensation.fit());
+    for (const std::size_t k : {dirty - 1, dirty + 1}) {
+        Tally3 tally;
+        const auto section = blade.section(rows.heights[k]);
+        for (const ContactPoint& p : compensation.contour(rows.heights[k]).value().points)
+            tally.add(section, p.position_mm.head<2>());
+        tally.print("beside dirt");
+        EXPECT_LT(tally.side.largest_um(), 2.0);
     }
 }
 

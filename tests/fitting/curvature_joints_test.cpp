@@ -56,15 +56,16 @@ TEST(CurvatureJoints, AreNoneWhereTheCurvatureOnlySlopes) {
 
 TEST(CurvatureJoints, GetThreeKnotsInPlaceOfTheNearest) {
     const Profile profile(3.0, -0.6, 0.15, 0.0);
-    const std::vector<CurvatureJoint> joints{{1.01, 1.0, 0.1, 9, 11, 0.9, 1.2}, {3.05, -1.0, 0.1, 29, 31, 2.9, 3.2}};
-    std::vector<JointKnots> at;
-    const auto breaks = breaks_with_joints(profile.breaks, joints, at);
+    const std::vector<double> places{1.01, 3.05};
+    std::vector<KnotCluster> at;
+    const auto breaks = breaks_with_joints(profile.breaks, places, 3, 0.02, at);
     ASSERT_EQ(at.size(), 2U);
     EXPECT_EQ(breaks.size(), profile.breaks.size() + 2U + 3U) << "the knot at 1.0 is gone";
     EXPECT_TRUE(std::is_sorted(breaks.begin(), breaks.end(), std::less_equal<>()));
     for (std::size_t j = 0; j < 2; ++j) {
-        EXPECT_DOUBLE_EQ(breaks[at[j].middle], joints[j].t);
-        EXPECT_NEAR(breaks[at[j].middle + 1] - breaks[at[j].middle], at[j].apart, 1e-12);
+        EXPECT_DOUBLE_EQ(breaks[at[j].first + 1], places[j]);
+        EXPECT_NEAR(breaks[at[j].first + 2] - places[j], 0.002, 1e-12);
+        EXPECT_NEAR(at[j].apart, 0.002, 1e-12);
     }
     EXPECT_EQ(breaks.front(), profile.breaks.front());
     EXPECT_EQ(breaks.back(), profile.breaks.back());
