@@ -54,7 +54,7 @@ std::vector<CurvatureJoint> find_curvature_joints(std::span<const double> breaks
         }
         const double off_mm = std::abs(step) * width_mm * width_mm / 24.0;
         if (!std::isfinite(t) || step * core < step_share * core * core || off_mm < least_effect * sigma_mm) continue;
-        const CurvatureJoint joint{t, step, width_mm, first - flank + 1, last + flank - 1, left, right};
+        const CurvatureJoint joint{t, step, step, width_mm, first - flank + 1, last + flank - 1, left, right};
         // Of two that lie next to each other the larger counts.
         while (!joints.empty() && joint.first_span <= joints.back().last_span + 1 &&
                std::abs(joints.back().step) < std::abs(step))

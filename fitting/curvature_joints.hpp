@@ -11,6 +11,7 @@ namespace cmm::fitting {
 struct CurvatureJoint {
     double t = 0.0;                             ///< parameter
     double step = 0.0;                          ///< of the curvature, 1/mm
+    double ramp_step = 0.0;                     ///< the same by the ramp
     double width_mm = 0.0;                      ///< the ramp that a curve without joint makes of it
     std::size_t first_span = 0, last_span = 0;  ///< that the ramp covers
     double from_t = 0.0, to_t = 0.0;            ///< the same by parameter: joints stay apart from each other

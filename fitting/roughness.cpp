@@ -34,8 +34,11 @@ void Roughness::carry_over(const std::vector<std::size_t>& from, const std::vect
     }
     std::vector<double> variance(from.size()), log_scale(from.size());
     for (std::size_t k = 0; k < from.size(); ++k) {
-        variance[k] = variance_[from[k]];
-        log_scale[k] = log_scale_[from[k]];
+        std::size_t old = from[k];
+        while (held_[old] != 0)
+            old = old > 0 ? old - 1 : variance_.size() - 1;
+        variance[k] = variance_[old];
+        log_scale[k] = log_scale_[old];
     }
     variance_.swap(variance);
     log_scale_.swap(log_scale);

@@ -37,10 +37,11 @@ constexpr double roughness_doubt = 4.11;
 constexpr std::size_t sharing_knots = 2;  // to either side, that share a scale of the roughness
 constexpr double student_freedom = 0.3;
 constexpr int tunings = 7, joint_tunings = 3, last_tunings = 2;
-constexpr double knot_share = 0.02;   // of a span: how near the knots of a joint are
-constexpr int most_shifts = 4;        // of the joints
-constexpr double stray_sigmas = 2.0;  // of a joint's shift: the step of the curvature times its square
-constexpr double least_speed = 0.05;  // of the parameter, which is nearly a length; below it the curve has a cusp
+constexpr double knot_share = 0.02;       // of a span: how near the knots of a joint are
+constexpr int most_shifts = 4;            // of the joints
+constexpr double least_step_share = 0.5;  // of the ramp's
+constexpr double stray_sigmas = 2.0;      // of a joint's shift: the step of the curvature times its square
+constexpr double least_speed = 0.05;      // of the parameter, which is nearly a length; below it the curve has a cusp
 constexpr double longest_period_mm = 1e7;
 
 /// Noise along the normal, roughly and too large where the points are sparse: from the offsets of the points from the
@@ -151,13 +152,15 @@ class Smoother {
         return set_joints(breaks_, ramps);
     }
 
-    /// Each joint goes to where the tangents of both sides agree.
+    /// Each joint goes to where the tangents of both sides agree. One whose step has hardly anything of the ramp that
+    /// it was made from is none.
     core::Status shift_joints() {
         std::vector<double> breaks;
+        std::vector<CurvatureJoint> kept;
         std::size_t next = 0;
         joints_strayed_ = false;
         for (std::size_t j = 0; j < joints_.size(); ++j) {
-            CurvatureJoint& joint = joints_[j];
+            CurvatureJoint joint = joints_[j];
             const KnotCluster& knots = joint_knots_[j];
             for (; next < knots.first; ++next)
                 breaks.push_back(breaks_[next]);
@@ -166,14 +169,20 @@ class Smoother {
             const double behind = curve_.jet(joint.t + knots.apart).curvature();
             const double between = curve_.jet(joint.t).curvature();
             const double turn = knots.apart * (between - 0.5 * (before + behind)), step = behind - before;
+            if (step * joint.ramp_step < least_step_share * joint.ramp_step * joint.ramp_step) {
+                breaks.push_back(joint.t);
+                joints_strayed_ = true;
+                continue;
+            }
             const double most = 0.5 * joint.width_mm;
             const double last = joint.t;
-            if (std::isfinite(turn / step)) joint.t -= std::clamp(turn / step, -most, most);
-            joint.t = std::clamp(joint.t, joint.from_t, joint.to_t);
+            joint.t = std::clamp(joint.t - std::clamp(turn / step, -most, most), joint.from_t, joint.to_t);
             joint.step = step;
             const double strayed = joint.t - last;
             if (std::abs(step) * strayed * strayed > stray_sigmas * sigma_) joints_strayed_ = true;
+            kept.push_back(joint);
         }
+        joints_ = std::move(kept);
         breaks.insert(breaks.end(), breaks_.begin() + static_cast<std::ptrdiff_t>(next), breaks_.end());
         return set_joints(breaks, {});
     }
