@@ -25,44 +25,57 @@ bool was_asked_for(const Characteristic& c) {
 }
 
 std::string number(const std::optional<double>& value, Unit unit) {
-    if (!value) return "<td></td>";
-    const bool angle = unit == Unit::rad;
+    if (!value) return {};
     const int digits = unit == Unit::share ? 5 : 4;
-    return "<td>" + core::fixed(angle ? core::deg_from_rad(*value) : *value, digits) + "</td>";
+    return core::fixed(unit == Unit::rad ? core::deg_from_rad(*value) : *value, digits);
 }
 
 const char* symbol(Unit unit) {
     return unit == Unit::mm ? "mm" : unit == Unit::rad ? "\u00b0" : unit == Unit::mm2 ? "mm\u00b2" : "";
 }
 
-std::string row(const std::string& place, const Characteristic& c) {
+CharacteristicRow row_of(const SectionResult& section, const Characteristic& c) {
     const auto deviation = c.value && c.nominal ? std::optional(*c.value - *c.nominal) : std::nullopt;
-    std::string decision(to_string(c.decision));
-    const std::string css = decision;
+    return {std::to_string(section.index),
+            c.name,
+            symbol(c.unit),
+            number(c.value, c.unit),
+            number(c.u95, c.unit),
+            number(c.nominal, c.unit),
+            number(deviation, c.unit),
+            number(c.lower, c.unit),
+            number(c.upper, c.unit),
+            c.decision,
+            c.value ? c.method : c.note};
+}
+
+std::string html_of(const CharacteristicRow& row) {
+    const std::string css(to_string(row.decision));
+    std::string decision = css;
     std::replace(decision.begin(), decision.end(), '_', ' ');
-    std::string out = "<tr><td>" + place + "</td><td class=\"word\" title=\"" + escape(c.method) + "\">" +
-                      escape(c.name) + "</td><td>" + symbol(c.unit) + "</td>";
-    out += c.value ? number(c.value, c.unit) : "<td class=\"not_evaluable\">n/e</td>";
-    out += number(c.u95, c.unit) + number(c.nominal, c.unit) + number(deviation, c.unit) + number(c.lower, c.unit) +
-           number(c.upper, c.unit);
-    out += "<td class=\"word " + css + "\">" + decision +
-           "</td><td class=\"word\" style=\"white-space:normal;min-width:15em\">" +
-           escape(c.value ? c.method : c.note) + "</td></tr>\n";
-    return out;
+    std::string out = "<tr><td><a href=\"#section-" + row.section + "\">" + row.section +
+                      "</a></td><td class=\"word\">" + escape(row.name) + "</td><td>" + row.unit + "</td>";
+    out += row.value.empty() ? "<td class=\"not_evaluable\">n/e</td>" : "<td>" + row.value + "</td>";
+    for (const auto* number : {&row.u95, &row.nominal, &row.deviation, &row.lower, &row.upper})
+        out += "<td>" + *number + "</td>";
+    return out + "<td class=\"word " + css + "\">" + decision +
+           "</td><td class=\"word\" style=\"white-space:normal;min-width:15em\">" + escape(row.method) + "</td></tr>\n";
 }
 
 }  // namespace
 
-std::string characteristic_table(const PartResult& part) {
-    const auto link = [](std::size_t index) {
-        return "<a href=\"#section-" + std::to_string(index) + "\">" + std::to_string(index) + "</a>";
-    };
-    std::string rows;
-    for (const auto& [c, section] : part.characteristics)
-        rows += row(section ? link(*section) : "part", c);
+std::vector<CharacteristicRow> asked_rows(const PartResult& part) {
+    std::vector<CharacteristicRow> rows;
     for (const auto& section : part.sections)
         for (const auto& c : section.characteristics)
-            if (was_asked_for(c)) rows += row(link(section.index), c);
+            if (was_asked_for(c)) rows.push_back(row_of(section, c));
+    return rows;
+}
+
+std::string characteristic_table(const PartResult& part) {
+    std::string rows;
+    for (const auto& row : asked_rows(part))
+        rows += html_of(row);
     if (rows.empty()) return {};
     return "<h2>Characteristics</h2>\n<div class=\"sheet wide\"><table><thead><tr><th>Section</th><th "
            "class=\"word\">Characteristic</th><th></th><th>Value</th><th>U95</th><th>Nominal</th><th>Deviation</th>"

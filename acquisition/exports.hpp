@@ -24,6 +24,8 @@ std::string rejected_csv(const PartResult& part);
 std::string result_json(const PartResult& part);
 /// report.html: one file, nothing from outside.
 std::string report_html(const PartResult& part);
+/// The report on A4 pages. Errors: config_invalid (this build writes no PDF, no font is installed).
+core::Result<std::string> report_pdf(const PartResult& part);
 /// A QIF 3.0 document (ISO 23952) with what was asked for and what was measured, millimetres; the uncertainty of a
 /// value is the combined standard one, U95/2.
 std::string qif_xml(const PartResult& part);
@@ -37,6 +39,7 @@ std::string verdict_word(const PartResult& part);
 core::Status export_csv(const PartResult& part, const std::string& dir);
 core::Status export_json(const PartResult& part, const std::string& file);
 core::Status export_html(const PartResult& part, const std::string& file);
+core::Status export_pdf(const PartResult& part, const std::string& file);
 core::Status export_dfq(const PartResult& part, const std::string& file);
 core::Status export_qif(const PartResult& part, const std::string& file);
 /// The map of deviations as a picture of its own. Errors also: input_invalid (no section is compared with a nominal).

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <array>
 #include <string>
 #include <vector>
 
 #include "acquisition/characteristic_table.hpp"
 #include "acquisition/exports.hpp"
 #include "acquisition/report_style.hpp"
+#include "acquisition/report_text.hpp"
 #include "acquisition/section_figures.hpp"
 #include "acquisition/svg.hpp"
 #include "core/text.hpp"
@@ -15,15 +15,6 @@ namespace cmm::acquisition {
 namespace {
 
 using svg::escape;
-
-struct Term {
-    const char* name;
-    const char* title;
-};
-constexpr std::array terms{Term{"profile_le", "Profile LE"}, Term{"profile_suction", "Profile suction"},
-                           Term{"profile_te", "Profile TE"}, Term{"profile_pressure", "Profile pressure"},
-                           Term{"le_radius", "LE radius"},   Term{"te_radius", "TE radius"},
-                           Term{"chord", "Chord"},           Term{"max_thickness", "Max. thickness"}};
 
 constexpr int report_digits = 4;
 constexpr std::size_t listed_points = 200;
@@ -41,74 +32,14 @@ std::string figure(const std::string& css, const std::string& caption, const std
     return "<figure class=\"" + css + "\"><figcaption>" + caption + "</figcaption>\n" + picture + "</figure>\n";
 }
 
-std::string title_of(const SectionResult& section) {
-    return "Section " + std::to_string(section.index) + ", z = " + core::fixed(section.z_mm, 3) + " mm";
-}
-
 /// What the section was called in the input, where that says more than its number.
 std::string origin_of(const SectionResult& section) {
     if (section.name.empty() || section.name == std::to_string(section.index)) return {};
     return "<span class=\"meta\">from " + escape(section.name) + "</span>";
 }
 
-std::string words(Decision decision) {
-    std::string text(to_string(decision));
-    std::replace(text.begin(), text.end(), '_', ' ');
-    return text;
-}
-
-bool any_has(const PartResult& part, std::string_view name) {
-    return std::any_of(part.sections.begin(), part.sections.end(),
-                       [&](const SectionResult& section) { return section.find(name) != nullptr; });
-}
-
-const Characteristic* first_of(const PartResult& part, std::string_view name) {
-    for (const auto& section : part.sections) {
-        if (const auto* c = section.find(name); c != nullptr) return c;
-    }
-    return nullptr;
-}
-
-/// A line of the terminal for the page: real signs, words without underscores, no break inside an inequality.
-std::string typeset(std::string reason) {
-    const auto replace_all = [&reason](std::string_view from, std::string_view to) {
-        for (auto at = reason.find(from); at != std::string::npos; at = reason.find(from, at + to.size())) {
-            reason.replace(at, from.size(), to);
-        }
-    };
-    replace_all("+-", "\u00b1");
-    replace_all(" mm", "\u00a0mm");
-    replace_all(" > ", "\u00a0>\u00a0");
-    replace_all("_", " ");
-    return reason;
-}
-
-std::string verdict_detail(const PartResult& part) {
-    const auto total = std::to_string(part.sections.size());
-    const auto count = [&](Decision decision) {
-        return std::to_string(std::count_if(part.sections.begin(), part.sections.end(),
-                                            [&](const auto& section) { return section.decision() == decision; }));
-    };
-    switch (part.verdict()) {
-        case Decision::reject:
-            return count(Decision::reject) + " of " + total + " sections outside tolerance";
-        case Decision::accept:
-            return part.has_requirements() ? "all " + total + " sections within tolerance"
-                                           : total + " sections measured, nothing to judge";
-        default:
-            return part.complete ? count(Decision::undecided) + " of " + total + " sections undecided"
-                                 : std::string("the measurement ended early");
-    }
-}
-
-std::string capital(std::string text) {
-    if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');
-    return text;
-}
-
-std::string fact(const char* name, const std::string& value) {
-    return value.empty() ? std::string()
-                         : "<div><dt>" + std::string(name) + "</dt><dd>" + escape(value) + "</dd></div>\n";
+std::string fact(const std::string& name, const std::string& value) {
+    return "<div><dt>" + name + "</dt><dd>" + escape(value) + "</dd></div>\n";
 }
 
 std::string reference_of(const PartResult& part) {
@@ -125,29 +56,20 @@ std::string alignment_of(const PartResult& part) {
 }
 
 std::string head(const PartResult& part) {
-    std::size_t points = 0;
-    std::size_t rejected = 0;
-    for (const auto& section : part.sections) {
-        points += section.points.size();
-        rejected += section.rejected();
-    }
     const auto word = verdict_word(part);
     std::string out = "<div class=\"sheet\"><div class=\"head\"><div><p class=\"kind\">Blade section report</p>\n";
     out += element("h1", escape(part.part_name.empty() ? "Unnamed part" : part.part_name)) + "</div>\n";
     out += "<div class=\"verdict " + word + "\"><b>" + capital(word) + "</b><span>" + escape(verdict_detail(part)) +
            "</span></div></div>\n<dl class=\"facts\">\n";
-    out += fact("Serial number", part.part_serial) + fact("Machine", part.machine) + fact("Started", part.started_utc) +
-           fact("Run", part.run_id) + fact("Stylus ball radius", mm(part.ball_radius_mm) + " mm") +
-           fact("Reference", reference_of(part)) + fact("Alignment", alignment_of(part)) +
-           fact("Points", std::to_string(points) + " recorded, " + std::to_string(rejected) + " rejected") +
-           fact("Software", part.software_version);
+    for (const auto& [name, value] : report_facts(part))
+        out += fact(name, value);
     out += "</dl>\n";
-    if (const auto reasons = verdict_reasons(part); !reasons.empty()) {
+    if (const auto reasons = typeset_reasons(part); !reasons.empty()) {
         out += "<div class=\"causes\"><b>" +
                std::string(part.verdict() == Decision::reject ? "Why it is rejected" : "Why it is not accepted") +
                "</b><ul>\n";
         for (const auto& reason : reasons)
-            out += element("li", escape(typeset(reason)));
+            out += element("li", escape(reason));
         out += "</ul></div>\n";
     }
     return out + "</div>\n";
@@ -163,9 +85,9 @@ std::string cell(const Characteristic* c) {
 
 std::string summary_table(const PartResult& part) {
     std::string header = "<th>Section</th><th>z<small>mm</small></th><th>Points</th><th>Rejected</th>";
+    const auto terms = report_terms(part);
     for (const auto& term : terms) {
         const auto* c = first_of(part, term.name);
-        if (c == nullptr) continue;
         header += "<th>" + std::string(term.title) + "<small>" +
                   (c->upper && !c->lower ? "\u2264 " + core::fixed(*c->upper, 3) + " mm" : std::string("mm")) +
                   "</small></th>";
@@ -176,9 +98,8 @@ std::string summary_table(const PartResult& part) {
         rows.append("<tr><td><a href=\"#section-").append(index).append("\">").append(index);
         rows += "</a></td><td>" + core::fixed(section.z_mm, 3) + "</td><td>" + std::to_string(section.points.size()) +
                 "</td><td>" + std::to_string(section.rejected()) + "</td>";
-        for (const auto& term : terms) {
-            if (any_has(part, term.name)) rows += cell(section.find(term.name));
-        }
+        for (const auto& term : terms)
+            rows += cell(section.find(term.name));
         const auto decision = section.decision();
         rows += "<td class=\"word " + std::string(to_string(decision)) + "\">" + words(decision) + "</td></tr>\n";
     }
@@ -198,7 +119,7 @@ std::string map(const PartResult& part) {
 std::string trends(const PartResult& part) {
     if (part.sections.size() < 2) return {};
     std::string out;
-    for (const auto& term : terms) {
+    for (const auto& term : report_terms(part)) {
         out += figure("", "<b>" + std::string(term.title) + "</b>", trend_figure(part, term.name));
     }
     return out.empty() ? out
@@ -255,49 +176,11 @@ std::string rejected_list(const SectionResult& section) {
            rows + "</tbody></table></div></details>\n";
 }
 
-std::string compensation_text(const Compensation& compensation) {
-    switch (compensation.state) {
-        case Compensation::State::final: {
-            std::string text = ", 3-D compensation moved the contour by up to " +
-                               core::fixed(compensation.change_mm * 1e3, 1) + " \u00b5m";
-            constexpr double whole = 0.9995;
-            if (compensation.share < whole) text += " (" + core::fixed(100.0 * compensation.share, 1) + " % of it)";
-            return text;
-        }
-        case Compensation::State::provisional:
-            return ", provisional";
-        case Compensation::State::flat:
-            return compensation.note.empty() ? "" : ", 2-D compensation: " + escape(compensation.note);
-    }
-    return {};
-}
-
-std::string again_text(const SectionResult& section) {
-    const auto passes = points_of_passes(section);
-    if (passes.empty()) return {};
-    std::size_t points = 0;
-    for (const auto& [pass, count] : passes)
-        points += count;
-    return ", " + std::to_string(points) + " of them measured again because the section was undecided (" +
-           std::to_string(passes.size()) + (passes.size() == 1 ? " pass)" : " passes)");
-}
-
 std::string section_sheet(const SectionResult& section, double ball_radius_mm) {
     const auto decision = section.decision();
     std::string out = "<article class=\"sheet section\" id=\"section-" + std::to_string(section.index) + "\"><header>" +
                       element("h3", title_of(section)) + origin_of(section) + "<span class=\"meta\">" +
-                      std::to_string(section.points.size()) + " points" + again_text(section) + ", " +
-                      std::to_string(section.rejected()) + " rejected";
-    if (section.closed()) {
-        out += ", scatter " + core::fixed(section.fit->noise_sigma_mm * 1e3, 1) + " \u00b5m (1 \u03c3)";
-        out += compensation_text(section.compensation);
-        if (section.alignment.spec.kind == AlignmentKind::section ||
-            section.alignment.state == Alignment::State::refused)
-            out += ", alignment " + escape(alignment_words(section.alignment));
-        if (const auto count = section.not_reached(); count > 0)
-            out += ", the ball does not reach " + std::to_string(count) + " of " +
-                   std::to_string(section.fit->contour.size()) + " contour points";
-    }
+                      escape(summary_of(section));
     out += "</span><span class=\"state " + std::string(to_string(decision)) + "\">" + words(decision) +
            "</span></header>\n";
     if (!section.why.empty()) out += element("p class=\"undecided\"", "Not evaluable: " + escape(section.why));
@@ -316,35 +199,9 @@ std::string section_sheet(const SectionResult& section, double ball_radius_mm) {
 
 std::string methods(const PartResult& part) {
     std::string rows;
-    for (const auto& term : terms) {
-        if (const auto* c = first_of(part, term.name); c != nullptr) {
-            rows += "<tr><td>" + std::string(term.title) + "</td><td>" + escape(c->method) + "</td></tr>\n";
-        }
-    }
-    return "<h2>Methods</h2>\n<div class=\"sheet methods\"><table><tbody>" + rows + "<tr><td>Decision</td><td>" +
-           escape(part.decision_rule) +
-           ". A lower limit the other way round.</td></tr>\n"
-           "<tr><td>Uncertainty</td><td>U95 is expanded (k = 2) from the scatter of the points about the fit, with "
-           "what the neighbouring sections took from the section and what is not known of the lean. Where the ball is "
-           "compensated in 2-D, the error of that, r (1/cos lean \u2212 1) by the nominal\u2019s lean at each point, "
-           "is "
-           "added. The machine\u2019s own length error is not included.</td></tr>\n"
-           "<tr><td>Compensation</td><td>3-D: the contour is that of the surface of contacts in the plane of the "
-           "section; contacts lie one ball radius inside the surface through the ball centres of all sections, along "
-           "its normal. 2-D: the ball radius is taken off in the plane of the section, along the normal of the fitted "
-           "curve of ball centres.</td></tr>\n"
-           "<tr><td>Alignment</td><td>Nominal frame: the machine\u2019s part frame is that of the nominal. Best fit: "
-           "the nominal laid onto the measured contour by closest points, each with the length of contour that it "
-           "stands for; of the section by itself (form without location) or of all sections as one rigid body. "
-           "Deviations are taken after it, and their U95 holds its standard uncertainty.</td></tr>\n"
-           "<tr><td>Reach</td><td>Hollows of the nominal that are sharper than the ball are not compared: the ball "
-           "rests "
-           "on "
-           "both ends and the contour shows the ball there.</td></tr>\n"
-           "<tr><td>Rejected points</td><td>Points that lie off the curve through their neighbours, by more than the "
-           "larger "
-           "of the stated floor and the robust scatter, are marked and not used. Nothing is deleted.</td></tr>\n"
-           "</tbody></table></div>\n";
+    for (const auto& [name, text] : report_methods(part))
+        rows += "<tr><td>" + escape(name) + "</td><td>" + escape(text) + "</td></tr>\n";
+    return "<h2>Methods</h2>\n<div class=\"sheet methods\"><table><tbody>" + rows + "</tbody></table></div>\n";
 }
 
 }  // namespace

@@ -241,10 +241,41 @@ font-family:system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,san
 )css";
 }
 
-std::string standalone(const std::string& picture) {
+namespace {
+
+std::string with_style(const std::string& picture, const std::string& style) {
     const std::string_view end = "</title>\n";
     const auto at = picture.find(end) + end.size();
-    return picture.substr(0, at) + "<style>" + std::string(figure_style()) + "</style>\n" + picture.substr(at);
+    return picture.substr(0, at) + "<style>" + style + "</style>\n" + picture.substr(at);
+}
+
+/// The light colours, the first "--name:value;" of each, put in place of "var(--name)"; the dark ones go.
+std::string light_style() {
+    std::string style(figure_style());
+    const auto dark = style.find("@media"), after = style.find("}}", dark) + 2;
+    style.erase(dark, after - dark);
+    const auto head_end = style.find('}');
+    std::string head = style.substr(0, head_end);
+    for (auto at = head.find("--"); at != std::string::npos; at = head.find("--", at + 2)) {
+        const auto colon = head.find(':', at), end = head.find(';', at);
+        if (colon == std::string::npos || end == std::string::npos) break;
+        const std::string used = "var(" + head.substr(at, colon - at) + ")";
+        const std::string value = head.substr(colon + 1, end - colon - 1);
+        for (auto place = style.find(used); place != std::string::npos; place = style.find(used))
+            style.replace(place, used.size(), value);
+    }
+    return style;
+}
+
+}  // namespace
+
+std::string standalone(const std::string& picture) {
+    return with_style(picture, std::string(figure_style()));
+}
+
+std::string on_paper(const std::string& picture) {
+    static const std::string style = light_style();
+    return with_style(picture, style);
 }
 
 }  // namespace cmm::acquisition::svg

@@ -60,6 +60,8 @@ class Picture {
 
 /// The style of the classes, light and dark, as CSS text.
 std::string_view figure_style();
+/// A finished picture for a renderer that knows no variables of CSS: the light style inside, every colour a number.
+std::string on_paper(const std::string& picture);
 /// A finished picture with its style inside: a file of its own.
 std::string standalone(const std::string& picture);
 

@@ -17,6 +17,7 @@ core::Status write(const acquisition::PartResult& result, const ExportOptions& o
     const std::string &format = options.format, &out = options.out;
     if (format == "json") return acquisition::export_json(result, out);
     if (format == "html") return acquisition::export_html(result, out);
+    if (format == "pdf") return acquisition::export_pdf(result, out);
     if (format == "dfq") return acquisition::export_dfq(result, out);
     if (format == "qif") return acquisition::export_qif(result, out);
     if (format == "svg") return acquisition::export_svg(result, out);
