@@ -39,7 +39,7 @@ constexpr double student_freedom = 0.3;
 constexpr int tunings = 7, joint_tunings = 3, last_tunings = 2;
 constexpr double knot_share = 0.02;       // of a span: how near the knots of a joint are
 constexpr int most_shifts = 4;            // of the joints
-constexpr double least_step_share = 0.5;  // of the ramp's
+constexpr double least_step_share = 0.2;  // of the ramp's
 constexpr double stray_sigmas = 2.0;      // of a joint's shift: the step of the curvature times its square
 constexpr double least_speed = 0.05;      // of the parameter, which is nearly a length; below it the curve has a cusp
 constexpr double longest_period_mm = 1e7;

@@ -32,9 +32,9 @@ Jet PiecewiseCubic::jet_in(std::size_t span, double t) const {
     return {a + u * (b + u * (c + u * d)), b + u * (2.0 * c + 3.0 * u * d), 2.0 * c + 6.0 * u * d};
 }
 
-Vec2 PiecewiseCubic::blossom(double a, double b, double c) const {
+Vec2 PiecewiseCubic::blossom(double a, double b, double c, std::size_t near) const {
     double t = b;
-    const std::size_t span = span_of(t);
+    const std::size_t span = span_of(t, near);
     const double v = t - breaks_[span], u = v + a - b, w = v + c - b;
     const auto& [c0, c1, c2, c3] = pieces_[span];
     return c0 + (u + v + w) / 3.0 * c1 + (u * v + u * w + v * w) / 3.0 * c2 + u * v * w * c3;

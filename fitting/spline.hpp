@@ -48,8 +48,8 @@ class PiecewiseCubic {
     Jet jet_in(std::size_t span, double t) const;
     double wrap(double t) const;
     /// The polar form of the piece that holds b, at a <= b <= c: where these are neighbouring knots, the control point
-    /// of a cubic spline between them (Ramshaw 1987).
-    Vec2 blossom(double a, double b, double c) const;
+    /// of a cubic spline between them (Ramshaw 1987). `near`: where the search for the piece begins.
+    Vec2 blossom(double a, double b, double c, std::size_t near = 0) const;
 
     std::size_t spans() const { return pieces_.size(); }
     const std::vector<double>& breaks() const { return breaks_; }

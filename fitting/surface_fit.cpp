@@ -145,14 +145,19 @@ class RowsFitter {
         };
         for (std::size_t i = 0; i < n; ++i)
             measure(i);
-        std::vector<double> scale(n), near;
+        std::vector<double> median(n), scale(n), near;
+        for (std::size_t i = 0; i < n; ++i) {
+            near.clear();
+            for (const double o : off[i])
+                near.push_back(std::abs(o));
+            median[i] = nth_smallest(near, m / 2);
+        }
         const auto window = window_of(n);
         for (std::size_t i = 0; i < n; ++i) {
             near.clear();
             for (std::size_t j = 0; j <= 2 * window; ++j)
-                for (const double o : off[(i + n + j - window) % n])
-                    near.push_back(std::abs(o));
-            scale[i] = nth_smallest(near, near.size() / 2) / 0.6745;
+                near.push_back(median[(i + n + j - window) % n]);
+            scale[i] = nth_smallest(near, window) / 0.6745;
         }
         for (std::size_t i = 0; i < n; ++i)
             for (std::size_t stray = 0; stray < m / rows_to_stray; ++stray) {
@@ -230,7 +235,7 @@ class RowsFitter {
             const double height = smoother_.axis().abscissa(j);  // so that z = v, to rounding
             for (std::size_t i = 0; i < n; ++i) {
                 const auto knots = axis->knots();
-                const Vec2 control = curve.blossom(knots[i + 1], knots[i + 2], knots[i + 3]);
+                const Vec2 control = curve.blossom(knots[i + 1], knots[i + 2], knots[i + 3], (i + n - 1) % n);
                 controls[j * n + i] = {control.x(), control.y(), height};
             }
         }
