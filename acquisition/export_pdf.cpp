@@ -42,7 +42,7 @@ std::string verdict_on_paper(const PartResult& part) {
     return capital(verdict_word(part));
 }
 
-Cell value_cell(const Characteristic* c) {
+Cell paper_cell(const Characteristic* c) {
     if (c == nullptr) return {};
     if (!c->value) return {"n/e", Ink::soft};
     const bool bad = c->decision == Decision::reject || c->decision == Decision::undecided;
@@ -69,7 +69,7 @@ void add_results(pdf::Pages& pages, const PartResult& part) {
                               {std::to_string(section.points.size())},
                               {std::to_string(section.rejected())}};
         for (const auto& term : terms)
-            row.push_back(value_cell(section.find(term.name)));
+            row.push_back(paper_cell(section.find(term.name)));
         row.push_back({words(section.decision()), ink_of(section.decision())});
         rows.push_back(std::move(row));
     }

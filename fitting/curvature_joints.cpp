@@ -13,7 +13,7 @@ constexpr double core_share = 0.5;      // of the steepest slope
 constexpr double step_share = 0.2;      // of what the curvature changes over the steep spans
 constexpr double least_effect = 1.0 / 3.0;
 constexpr int iterations = 6;
-constexpr double clear_share = 0.35;  // of a span: free of other knots
+constexpr double knot_free_share = 0.35;  // of a span: free of other knots
 
 }  // namespace
 
@@ -74,7 +74,7 @@ std::vector<double> breaks_with_joints(std::span<const double> breaks, std::span
         const auto next = std::upper_bound(breaks.begin(), breaks.end(), place);
         const auto span = static_cast<std::size_t>(next - breaks.begin()) - 1;
         const double width = breaks[span + 1] - breaks[span];
-        const double clear = clear_share * width, apart = share * width;
+        const double clear = knot_free_share * width, apart = share * width;
         for (; k < breaks.size() && breaks[k] < place - clear; ++k)
             out.push_back(breaks[k]);
         while (k + 1 < breaks.size() && breaks[k] <= place + clear)

@@ -37,11 +37,11 @@ constexpr double roughness_doubt = 4.11;
 constexpr std::size_t sharing_knots = 2;  // to either side, that share a scale of the roughness
 constexpr double student_freedom = 0.3;
 constexpr int tunings = 7, joint_tunings = 3, last_tunings = 2;
-constexpr double knot_share = 0.02;       // of a span: how near the knots of a joint are
-constexpr int most_shifts = 4;            // of the joints
-constexpr double least_step_share = 0.2;  // of the ramp's
-constexpr double stray_sigmas = 2.0;      // of a joint's shift: the step of the curvature times its square
-constexpr double least_speed = 0.05;      // of the parameter, which is nearly a length; below it the curve has a cusp
+constexpr double knot_share = 0.02;         // of a span: how near the knots of a joint are
+constexpr int most_shifts = 4;              // of the joints
+constexpr double lasting_step_share = 0.2;  // of the ramp's
+constexpr double joint_stray_sigmas = 2.0;  // of a joint's shift: the step of the curvature times its square
+constexpr double least_speed = 0.05;        // of the parameter, which is nearly a length; below it the curve has a cusp
 constexpr double longest_period_mm = 1e7;
 
 /// Noise along the normal, roughly and too large where the points are sparse: from the offsets of the points from the
@@ -169,7 +169,7 @@ class Smoother {
             const double behind = curve_.jet(joint.t + knots.apart).curvature();
             const double between = curve_.jet(joint.t).curvature();
             const double turn = knots.apart * (between - 0.5 * (before + behind)), step = behind - before;
-            if (step * joint.ramp_step < least_step_share * joint.ramp_step * joint.ramp_step) {
+            if (step * joint.ramp_step < lasting_step_share * joint.ramp_step * joint.ramp_step) {
                 breaks.push_back(joint.t);
                 joints_strayed_ = true;
                 continue;
@@ -179,7 +179,7 @@ class Smoother {
             joint.t = std::clamp(joint.t - std::clamp(turn / step, -most, most), joint.from_t, joint.to_t);
             joint.step = step;
             const double strayed = joint.t - last;
-            if (std::abs(step) * strayed * strayed > stray_sigmas * sigma_) joints_strayed_ = true;
+            if (std::abs(step) * strayed * strayed > joint_stray_sigmas * sigma_) joints_strayed_ = true;
             kept.push_back(joint);
         }
         joints_ = std::move(kept);
