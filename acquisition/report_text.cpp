@@ -150,11 +150,7 @@ std::vector<std::pair<std::string, std::string>> report_methods(const PartResult
     std::vector<std::pair<std::string, std::string>> methods;
     for (const auto& term : report_terms(part))
         methods.emplace_back(term.title, first_of(part, term.name)->method);
-    methods.emplace_back(
-        "Decision",
-        "ISO 14253-1 with the guard band g = 1.65/2 U95 (95 %, one-sided): accept when value + g \u2264 "
-        "limit, reject when value \u2212 g > limit, otherwise undecided; a lower limit the other way "
-        "round.");
+    methods.emplace_back("Decision", part.decision_rule + ". A lower limit the other way round.");
     methods.emplace_back(
         "Uncertainty",
         "U95 is expanded (k = 2) from the scatter of the points about the fit, with what the "
