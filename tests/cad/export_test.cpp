@@ -121,6 +121,21 @@ TEST_F(ExportBody, TheSolidIsValidClosedAndHasTheVolumeOfTheBlade) {
     EXPECT_NEAR(properties.Mass() / truth, 1.0, 1e-5) << truth;
 }
 
+/// A program that engineers open such files with (headless).
+TEST_F(ExportBody, OpensInFreeCadAsOneSolid) {
+    if (run({"sh", "-c", "command -v freecadcmd"}).exit_code != 0)
+        GTEST_SKIP() << "no freecadcmd here (freecad-python3)";
+    ASSERT_EQ(exported("step", "body.step").exit_code, 0);
+    const auto seen = run({"sh", "-c",
+                           "HOME=" + folder.path() + " CMMLIVE_STEP=" + (folder / "body.step") +
+                               " freecadcmd tests/peers/freecad_solid.py </dev/null"});
+    EXPECT_NE(seen.out.find("solids 1\n"), std::string::npos) << seen.out << seen.err;
+    EXPECT_NE(seen.out.find("valid True closed True"), std::string::npos) << seen.out << seen.err;
+    const auto at = seen.out.find("volume_mm3 ");
+    ASSERT_NE(at, std::string::npos) << seen.out << seen.err;
+    EXPECT_NEAR(std::stod(seen.out.substr(at + 11)) / true_volume_mm3(folder / "part.toml"), 1.0, 1e-5);
+}
+
 /// Points of the body's trailing edge turn about a centre at its radius.
 TEST_F(ExportBody, TheTrailingEdgeSurvives) {
     ASSERT_EQ(exported("step", "body.step").exit_code, 0);
