@@ -35,14 +35,14 @@ const char* symbol(Unit unit) {
 }
 
 CharacteristicRow row_of(const SectionResult& section, const Characteristic& c) {
-    const auto deviation = c.value && c.nominal ? std::optional(*c.value - *c.nominal) : std::nullopt;
+    const std::string deviation = c.value && c.nominal ? number(*c.value - *c.nominal, c.unit) : std::string();
     return {std::to_string(section.index),
             c.name,
             symbol(c.unit),
             number(c.value, c.unit),
             number(c.u95, c.unit),
             number(c.nominal, c.unit),
-            number(deviation, c.unit),
+            deviation,
             number(c.lower, c.unit),
             number(c.upper, c.unit),
             c.decision,

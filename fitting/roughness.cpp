@@ -2,7 +2,9 @@
 #include "fitting/roughness.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 namespace cmm::fitting {
 namespace {
@@ -11,6 +13,15 @@ constexpr double damping = 0.1;       // degrees of freedom below which a window
 constexpr double longest_step = 4.0;  // of the logarithm of the scale
 constexpr double least_log = -36.0;
 constexpr double least_variance = 1e-16;
+constexpr double log_grid = 1.0 / 1024.0;
+
+/// To twelve binary digits. The updates may enlarge a difference of two runs, so that what rounding does to points that
+/// are turned and moved would grow from update to update; on a grid it vanishes.
+double coarse(double value) {
+    constexpr std::uint64_t dropped = std::uint64_t{1} << 40;
+    const auto bits = std::bit_cast<std::uint64_t>(value) + dropped / 2;
+    return std::bit_cast<double>(bits & ~(dropped - 1));
+}
 
 }  // namespace
 
@@ -46,7 +57,7 @@ void Roughness::carry_over(const std::vector<std::size_t>& from, const std::vect
 }
 
 void Roughness::hold(std::size_t knot, double variance) {
-    variance_[knot] = variance;
+    variance_[knot] = coarse(variance);
     held_[knot] = 1;
 }
 
@@ -87,9 +98,10 @@ void Roughness::update(const std::vector<double>& jump, const std::vector<double
     for (std::size_t k = 0; k < n; ++k) {
         if (held_[k] != 0) continue;
         const double part = determined(k);
-        log_scale_[k] = std::max(log_scale_[k] + pull_[k] / static_cast<double>(2 * half + 1), least_log);
+        const double log_scale = std::max(log_scale_[k] + pull_[k] / static_cast<double>(2 * half + 1), least_log);
+        log_scale_[k] = std::round(log_scale / log_grid) * log_grid;
         const double updated = (jump[k] * jump[k] + few_ * std::exp(log_scale_[k])) / (part + few_);
-        variance_[k] = std::max(updated, least_variance);
+        variance_[k] = coarse(std::max(updated, least_variance));
     }
 }
 

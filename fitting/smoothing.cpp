@@ -37,7 +37,8 @@ constexpr double roughness_doubt = 4.11;
 constexpr std::size_t sharing_knots = 2;  // to either side, that share a scale of the roughness
 constexpr double student_freedom = 0.3;
 constexpr int tunings = 7, joint_tunings = 3, last_tunings = 2;
-constexpr double knot_share = 0.02;         // of a span: how near the knots of a joint are
+constexpr double knot_share = 0.02;  // of a span: how near the knots of a joint are
+constexpr double joint_grid_mm = 1e-3;
 constexpr int most_shifts = 4;              // of the joints
 constexpr double lasting_step_share = 0.2;  // of the ramp's
 constexpr double joint_stray_sigmas = 2.0;  // of a joint's shift: the step of the curvature times its square
@@ -57,6 +58,11 @@ double rough_sigma(std::span<const Vec2> points) {
     return std::max(nth_smallest(off, n / 2) / (0.6745 * 1.2247), least_sigma_mm);
 }
 
+/// A joint's place is known to some hundredths of a millimetre: what rounding does to it must not move the curve.
+double on_grid(double t) {
+    return std::round(t / joint_grid_mm) * joint_grid_mm;
+}
+
 class Smoother {
   public:
     explicit Smoother(std::span<const Vec2> points) : input_(points) {}
@@ -73,6 +79,8 @@ class Smoother {
         if (with_joints) {
             measure_jumps();
             joints_ = find_curvature_joints(breaks_, slope_, length_, sigma_);
+            for (CurvatureJoint& joint : joints_)
+                joint.t = on_grid(joint.t);
         }
         if (joints_.empty()) {
             measure();
@@ -139,7 +147,7 @@ class Smoother {
         if (auto status = open_joints(); !status) return status;
         for (int shift = 0;; ++shift) {
             if (auto status = refine(joint_tunings); !status) return status;
-            if (shift == most_shifts || (shift > 0 && !joints_strayed_)) return {};
+            if (shift == most_shifts || joints_.empty() || (shift > 0 && !joints_strayed_)) return {};
             if (auto status = shift_joints(); !status) return status;
         }
     }
@@ -176,7 +184,7 @@ class Smoother {
             }
             const double most = 0.5 * joint.width_mm;
             const double last = joint.t;
-            joint.t = std::clamp(joint.t - std::clamp(turn / step, -most, most), joint.from_t, joint.to_t);
+            joint.t = on_grid(std::clamp(joint.t - std::clamp(turn / step, -most, most), joint.from_t, joint.to_t));
             joint.step = step;
             const double strayed = joint.t - last;
             if (std::abs(step) * strayed * strayed > joint_stray_sigmas * sigma_) joints_strayed_ = true;

@@ -139,7 +139,8 @@ TEST(Compensation, ASectionThatLiesApartDoesNotMoveItsNeighbours) {
     for (const std::size_t k : {dirty - 1, dirty + 1}) {
         Tally3 tally;
         const auto section = blade.section(rows.heights[k]);
-        for (const ContactPoint& p : compensation.contour(rows.heights[k]).value().points)
+        const ContactContour contour = compensation.contour(rows.heights[k]).value();
+        for (const ContactPoint& p : contour.points)
             tally.add(section, p.position_mm.head<2>());
         tally.print("beside dirt");
         EXPECT_LT(tally.side.largest_um(), 2.0);
