@@ -39,6 +39,7 @@ constexpr double student_freedom = 0.3;
 constexpr int tunings = 7, joint_tunings = 3, last_tunings = 2;
 constexpr double knot_share = 0.02;  // of a span: how near the knots of a joint are
 constexpr double joint_grid_mm = 1e-3;
+constexpr double least_joint_speed = 0.3, most_joint_turn_rad = 0.2;
 constexpr int most_shifts = 4;              // of the joints
 constexpr double lasting_step_share = 0.2;  // of the ramp's
 constexpr double joint_stray_sigmas = 2.0;  // of a joint's shift: the step of the curvature times its square
@@ -147,6 +148,8 @@ class Smoother {
         if (auto status = open_joints(); !status) return status;
         for (int shift = 0;; ++shift) {
             if (auto status = refine(joint_tunings); !status) return status;
+            if (!joints_are_smooth())
+                return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: the curve turns back at a joint");
             if (shift == most_shifts || joints_.empty() || (shift > 0 && !joints_strayed_)) return {};
             if (auto status = shift_joints(); !status) return status;
         }
@@ -158,6 +161,18 @@ class Smoother {
         for (const CurvatureJoint& joint : joints_)
             ramps.push_back({joint.first_span - 1, joint.last_span});
         return set_joints(breaks_, ramps);
+    }
+
+    /// Between its knots a curve has no room to turn; where it does all the same, a bad point has it on a leash.
+    bool joints_are_smooth() const {
+        for (std::size_t j = 0; j < joints_.size(); ++j) {
+            const Vec2 before = curve_.jet(breaks_[joint_knots_[j].first]).d1;
+            const Vec2 behind = curve_.jet(breaks_[joint_knots_[j].first + 2]).d1;
+            const double slower = std::min(before.norm(), behind.norm());
+            if (!(slower > least_joint_speed) || !(std::abs(turn_angle(before, behind)) < most_joint_turn_rad))
+                return false;
+        }
+        return true;
     }
 
     /// Each joint goes to where the tangents of both sides agree. One whose step has hardly anything of the ramp that
