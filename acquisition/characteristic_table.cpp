@@ -24,6 +24,8 @@ bool was_asked_for(const Characteristic& c) {
     return !known || c.nominal || c.lower;
 }
 
+const std::string whole_part = "part";
+
 std::string number(const std::optional<double>& value, Unit unit) {
     if (!value) return {};
     const int digits = unit == Unit::share ? 5 : 4;
@@ -34,9 +36,9 @@ const char* symbol(Unit unit) {
     return unit == Unit::mm ? "mm" : unit == Unit::rad ? "\u00b0" : unit == Unit::mm2 ? "mm\u00b2" : "";
 }
 
-CharacteristicRow row_of(const SectionResult& section, const Characteristic& c) {
+CharacteristicRow row_of(const std::string& place, const Characteristic& c) {
     const std::string deviation = c.value && c.nominal ? number(*c.value - *c.nominal, c.unit) : std::string();
-    return {std::to_string(section.index),
+    return {place,
             c.name,
             symbol(c.unit),
             number(c.value, c.unit),
@@ -53,8 +55,10 @@ std::string html_of(const CharacteristicRow& row) {
     const std::string css(to_string(row.decision));
     std::string decision = css;
     std::replace(decision.begin(), decision.end(), '_', ' ');
-    std::string out = "<tr><td><a href=\"#section-" + row.section + "\">" + row.section +
-                      "</a></td><td class=\"word\">" + escape(row.name) + "</td><td>" + row.unit + "</td>";
+    const std::string place =
+        row.section == whole_part ? row.section : "<a href=\"#section-" + row.section + "\">" + row.section + "</a>";
+    std::string out =
+        "<tr><td>" + place + "</td><td class=\"word\">" + escape(row.name) + "</td><td>" + row.unit + "</td>";
     out += row.value.empty() ? "<td class=\"not_evaluable\">n/e</td>" : "<td>" + row.value + "</td>";
     for (const auto* number : {&row.u95, &row.nominal, &row.deviation, &row.lower, &row.upper})
         out += "<td>" + *number + "</td>";
@@ -66,9 +70,11 @@ std::string html_of(const CharacteristicRow& row) {
 
 std::vector<CharacteristicRow> asked_rows(const PartResult& part) {
     std::vector<CharacteristicRow> rows;
+    for (const auto& [c, section] : part.characteristics)
+        rows.push_back(row_of(section ? std::to_string(*section) : whole_part, c));
     for (const auto& section : part.sections)
         for (const auto& c : section.characteristics)
-            if (was_asked_for(c)) rows.push_back(row_of(section, c));
+            if (was_asked_for(c)) rows.push_back(row_of(std::to_string(section.index), c));
     return rows;
 }
 

@@ -14,7 +14,7 @@ struct CharacteristicRow {
     Decision decision = Decision::reported;
     std::string method;  ///< or why it is not evaluable
 };
-/// Every characteristic that the part file asked for, section by section.
+/// Every characteristic that the part file asked for: of the part, then section by section.
 std::vector<CharacteristicRow> asked_rows(const PartResult& part);
 
 /// Of the report: every characteristic that the part file asked for, with method, value, U95, nominal, deviation,

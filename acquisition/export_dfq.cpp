@@ -11,7 +11,7 @@
 namespace cmm::acquisition {
 namespace {
 
-constexpr int decimals = 6;
+constexpr int dfq_decimals = 6;
 constexpr std::string_view valid = "0", invalid = "255";  // K0002
 
 /// One line: a K field ends where its line ends, and control characters separate values.
@@ -39,7 +39,7 @@ class DfqText {
         text_ += " " + one_line(value) + "\r\n";
     }
     void number(std::string_view key, const std::optional<double>& value, std::size_t characteristic) {
-        if (value) field(key, core::fixed(*value, decimals), characteristic);
+        if (value) field(key, core::fixed(*value, dfq_decimals), characteristic);
     }
     /// Readers take a file for the code page of their machine unless a mark says UTF-8.
     std::string finish() && {
@@ -61,14 +61,14 @@ void describe(DfqText& text, const Entry& entry, std::size_t number) {
     text.field("K2001", std::to_string(number), number);
     text.field("K2002", one.name + " z " + core::fixed(entry.section->z_mm, 3), number);
     text.field("K2004", "0", number);
-    text.field("K2022", std::to_string(decimals), number);
+    text.field("K2022", std::to_string(dfq_decimals), number);
     text.number("K2101", one.nominal, number);
     const bool from_zero = one.name.starts_with("profile_") && !one.lower;
     text.number("K2110", from_zero ? 0.0 : one.lower, number);
     text.number("K2111", one.upper, number);
     if (from_zero) text.field("K2120", "1", number);  // a natural limit: no zone is narrower than none
     text.field("K2142", to_string(one.unit), number);
-    const std::string uncertainty = one.u95 ? "; U95 = " + core::fixed(*one.u95, decimals) : "";
+    const std::string uncertainty = one.u95 ? "; U95 = " + core::fixed(*one.u95, dfq_decimals) : "";
     text.field("K2900", one.method + uncertainty, number);
 }
 

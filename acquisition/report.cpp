@@ -42,19 +42,6 @@ std::string fact(const std::string& name, const std::string& value) {
     return "<div><dt>" + name + "</dt><dd>" + escape(value) + "</dd></div>\n";
 }
 
-std::string reference_of(const PartResult& part) {
-    if (!part.has_nominal) return "none: measured without a nominal";
-    const Alignment* alignment = part.alignment();
-    return "nominal contour, " + frame_words(alignment != nullptr ? alignment->spec : AlignmentSpec{});
-}
-
-/// Of the blade; that of single sections stands with each of them.
-std::string alignment_of(const PartResult& part) {
-    const Alignment* alignment = part.alignment();
-    return alignment != nullptr && alignment->spec.kind == AlignmentKind::blade ? alignment_words(*alignment)
-                                                                                : std::string();
-}
-
 std::string head(const PartResult& part) {
     const auto word = verdict_word(part);
     std::string out = "<div class=\"sheet\"><div class=\"head\"><div><p class=\"kind\">Blade section report</p>\n";

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "acquisition/alignment.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -57,6 +58,19 @@ std::string again_text(const SectionResult& section) {
            std::to_string(passes.size()) + (passes.size() == 1 ? " pass)" : " passes)");
 }
 
+std::string reference_of(const PartResult& part) {
+    if (!part.has_nominal) return "none: measured without a nominal";
+    const Alignment* alignment = part.alignment();
+    return "nominal contour, " + frame_words(alignment != nullptr ? alignment->spec : AlignmentSpec{});
+}
+
+/// Of the blade; that of single sections stands with each of them.
+std::string alignment_of(const PartResult& part) {
+    const Alignment* alignment = part.alignment();
+    return alignment != nullptr && alignment->spec.kind == AlignmentKind::blade ? alignment_words(*alignment)
+                                                                                : std::string();
+}
+
 }  // namespace
 
 const Characteristic* first_of(const PartResult& part, std::string_view name) {
@@ -86,7 +100,8 @@ std::vector<std::pair<std::string, std::string>> report_facts(const PartResult& 
         {"Started", part.started_utc},
         {"Run", part.run_id},
         {"Stylus ball radius", core::fixed(part.ball_radius_mm, radius_digits) + " mm"},
-        {"Reference", part.has_nominal ? "nominal contour, nominal frame" : "none: measured without a nominal"},
+        {"Reference", reference_of(part)},
+        {"Alignment", alignment_of(part)},
         {"Points", std::to_string(points) + " recorded, " + std::to_string(rejected) + " rejected"},
         {"Software", part.software_version}};
     std::erase_if(facts, [](const auto& fact) { return fact.second.empty(); });
@@ -123,12 +138,13 @@ std::string title_of(const SectionResult& section) {
 }
 
 std::string summary_of(const SectionResult& section) {
-    std::string text =
-        std::to_string(section.points.size()) + " points" + again_text(section) + ", " +
-        std::to_string(section.rejected()) + " rejected";
+    std::string text = std::to_string(section.points.size()) + " points" + again_text(section) + ", " +
+                       std::to_string(section.rejected()) + " rejected";
     if (!section.closed()) return text;
     text += ", scatter " + core::fixed(section.fit->noise_sigma_mm * 1e3, 1) + " \u00b5m (1 \u03c3)";
     text += compensation_text(section.compensation);
+    if (section.alignment.spec.kind == AlignmentKind::section || section.alignment.state == Alignment::State::refused)
+        text += ", alignment " + alignment_words(section.alignment);
     if (const auto count = section.not_reached(); count > 0)
         text += ", the ball does not reach " + std::to_string(count) + " of " +
                 std::to_string(section.fit->contour.size()) + " contour points";
@@ -163,6 +179,12 @@ std::vector<std::pair<std::string, std::string>> report_methods(const PartResult
         "one ball radius inside the surface through the ball centres of all sections, along its normal. "
         "2-D: the ball radius is taken off in the plane of the section, along the normal of the fitted "
         "curve of ball centres.");
+    methods.emplace_back(
+        "Alignment",
+        "Nominal frame: the machine\u2019s part frame is that of the nominal. Best fit: the nominal laid onto the "
+        "measured contour by closest points, each with the length of contour that it stands for; of the section by "
+        "itself (form without location) or of all sections as one rigid body. Deviations are taken after it, and their "
+        "U95 holds its standard uncertainty.");
     methods.emplace_back(
         "Reach",
         "Hollows of the nominal that are sharper than the ball are not compared: the ball rests on both "

@@ -11,15 +11,15 @@ namespace {
 
 constexpr double most_steps_in_chord = 60.0;
 constexpr double step_in_radii = 0.5;
-constexpr double least_step_share = 0.05;  // of the edge's scale
-constexpr double nearest_scales = 1.5;     // to a nose: nearer, the circle is the edge
-constexpr double first_scales = 2.0;       // where the circles begin that continue the line
-constexpr double window_share = 0.12;      // of the perimeter: about a quarter of the chord
+constexpr double least_step_share = 0.05;     // of the edge's scale
+constexpr double nearest_scales = 1.5;        // to a nose: nearer, the circle is the edge
+constexpr double first_scales = 2.0;          // where the circles begin that continue the line
+constexpr double camber_window_share = 0.12;  // of the perimeter: about a quarter of the chord
 constexpr std::size_t window_circles = 25;
 constexpr std::size_t least_circles = 8;  // of a continuation, and of a line
 constexpr double searched_scales = 4.0;   // about a nose, for the place where the line leaves
 constexpr int rounds_of_end = 6;
-constexpr double still_mm = 2e-5;  // from one round to the next
+constexpr double standing_mm = 2e-5;  // from one round to the next
 constexpr int points_in_end = 24;
 
 core::Status refuse(const char* why) {
@@ -90,7 +90,7 @@ core::Status CamberLineBuilder::run() {
 core::Status CamberLineBuilder::continue_to(const Vec2& nose, std::size_t nose_index, double scale_mm, bool le,
                                             CamberEnd& end) const {
     const auto& circles = line_.circles_;
-    const double last_mm = first_scales * scale_mm + window_share * contour_.perimeter();
+    const double last_mm = first_scales * scale_mm + camber_window_share * contour_.perimeter();
     end.point_ = nose;
     for (int round = 0; round < rounds_of_end; ++round) {
         const InscribedCircle *near = nullptr, *far = nullptr;
@@ -109,7 +109,7 @@ core::Status CamberLineBuilder::continue_to(const Vec2& nose, std::size_t nose_i
         end.circles_.clear();
         if (auto status = fit_cubic(le, end, last_mm); !status) return status;
         if (auto status = leave_contour(nose_index, scale_mm, end); !status) return status;
-        if ((end.point_ - end.origin_).norm() < still_mm) break;
+        if ((end.point_ - end.origin_).norm() < standing_mm) break;
     }
     return {};
 }

@@ -15,7 +15,7 @@ using core::ErrorCode;
 constexpr double edge_turn_rad = 2.0 * std::numbers::pi / 3.0;
 constexpr double longest_share = 0.25;  // of the perimeter; a circle turns 120 degrees in a third of it
 constexpr double apart_share = 0.2;     // the two edges' middles are at least this share of the perimeter apart
-constexpr std::size_t coarse_points = 600;
+constexpr std::size_t coarse_contour_points = 600;
 constexpr double transition_curvature = 0.4;  // of the edge's mean curvature
 
 /// Arc length and unwrapped direction of the normal at the points, as if the contour went on for ever: index n is point
@@ -65,7 +65,7 @@ struct Window {
 /// forth, so two running ends would not do; coarse passes over every few points bound the length and find the place, a
 /// fine one the arc.
 std::optional<Window> sharpest(const Track& track, const std::optional<Window>& other) {
-    const std::size_t n = track.size(), stride = std::max<std::size_t>(1, n / coarse_points);
+    const std::size_t n = track.size(), stride = std::max<std::size_t>(1, n / coarse_contour_points);
     std::optional<Window> best;
     double limit = longest_share * track.perimeter();
     const auto try_from = [&](std::size_t i, std::size_t step) {

@@ -10,8 +10,8 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr int most_rounds = 100;
-constexpr int refinements = 4;
+constexpr int most_circle_rounds = 100;
+constexpr int circle_refinements = 4;
 constexpr double inside_mm = 1e-9;
 
 struct Disc {
@@ -76,13 +76,13 @@ std::size_t farthest_point(const ContourGeometry& contour, const Vec2& from) {
 
 std::array<ContourPlace, 2> farthest_places(const ContourGeometry& contour) {
     std::size_t a = 0, b = farthest_point(contour, contour.point(a).position_mm);
-    for (int round = 0; round < most_rounds; ++round) {
+    for (int round = 0; round < most_circle_rounds; ++round) {
         const std::size_t next = farthest_point(contour, contour.point(b).position_mm);
         if (next == a) break;
         a = std::exchange(b, next);
     }
     std::array<ContourPlace, 2> places{ContourPlace{a, 0.0}, ContourPlace{b, 0.0}};
-    for (int k = 0; k < refinements; ++k) {
+    for (int k = 0; k < circle_refinements; ++k) {
         places[0] = away_from(contour, contour.position(places[1]), places[0]);
         places[1] = away_from(contour, contour.position(places[0]), places[1]);
     }
@@ -94,7 +94,7 @@ EnclosingCircle enclosing_circle(const ContourGeometry& contour) {
     std::vector<ContourPlace> places(start.begin(), start.end());
     std::vector<Vec2> p{contour.position(places[0]), contour.position(places[1])};
     Disc disc = smallest(p);
-    for (int round = 0; round < most_rounds; ++round) {
+    for (int round = 0; round < most_circle_rounds; ++round) {
         const ContourPlace out = away_from(contour, disc.centre, {farthest_point(contour, disc.centre), 0.0});
         const Vec2 at = contour.position(out);
         if ((at - disc.centre).norm() <= disc.radius + inside_mm) break;

@@ -11,7 +11,7 @@ namespace {
 constexpr int most_steps = 60;
 constexpr int steps_beside = 6;
 constexpr double equal_mm = 1e-8;  // a hundredth of a nanometre
-constexpr double still_mm = 1e-10;
+constexpr double resting_mm = 1e-10;
 constexpr double least_slope = 0.2;  // of the difference of the distances, which is 2 between parallel sides
 constexpr double most_alike = 0.7;   // cosine between the directions to both sides
 
@@ -74,7 +74,7 @@ std::optional<InscribedCircle> InscribedCircleFinder::on_line(const Vec2& start,
         const double slope = across.dot(circle.to_pressure - circle.to_suction);
         double next = x + (slope < -least_slope ? -off / slope : 0.5 * off);
         if (std::isfinite(low) && std::isfinite(high) && !(next > low && next < high)) next = 0.5 * (low + high);
-        if (std::abs(off) <= equal_mm || std::abs(next - x) <= still_mm) {
+        if (std::abs(off) <= equal_mm || std::abs(next - x) <= resting_mm) {
             if (circle.to_suction.dot(circle.to_pressure) > most_alike) return {};
             return circle;
         }

@@ -9,14 +9,14 @@ namespace {
 
 constexpr double growth = 2.5;               // of the spacing a millimetre of curve, times the turning of a span
 constexpr double widest_share = 1.0 / 60.0;  // of the period
-constexpr std::size_t least_spans = 24;
-constexpr std::size_t reach = 4;  // anchors to either side that show the turn
+constexpr std::size_t least_graded_spans = 24;
+constexpr std::size_t anchor_reach = 4;  // anchors to either side that show the turn
 
 }  // namespace
 
 std::vector<double> graded_knots(std::span<const Vec2> anchors, std::span<const double> t, double period,
                                  double turn_rad, std::size_t most) {
-    const std::size_t n = anchors.size(), w = std::clamp<std::size_t>(n / 12, 1, reach);
+    const std::size_t n = anchors.size(), w = std::clamp<std::size_t>(n / 12, 1, anchor_reach);
     const double grading = growth * turn_rad;
     const auto step = [&](std::size_t i) { return i + 1 < n ? t[i + 1] - t[i] : t[0] + period - t[i]; };
     std::vector<double> spacing(n);
@@ -32,8 +32,8 @@ std::vector<double> graded_knots(std::span<const Vec2> anchors, std::span<const 
     std::vector<double> spans(n + 1, 0.0);  // how many spans lie before each anchor
     for (std::size_t i = 0; i < n; ++i)
         spans[i + 1] = spans[i] + 0.5 * step(i) * (1.0 / spacing[i] + 1.0 / spacing[(i + 1) % n]);
-    const double wanted =
-        std::clamp(std::ceil(spans[n]), static_cast<double>(std::min(least_spans, most)), static_cast<double>(most));
+    const double wanted = std::clamp(std::ceil(spans[n]), static_cast<double>(std::min(least_graded_spans, most)),
+                                     static_cast<double>(most));
     const auto count = static_cast<std::size_t>(wanted);
     std::vector<double> breaks(count + 1);
     std::size_t i = 0;

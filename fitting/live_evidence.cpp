@@ -10,7 +10,7 @@ namespace {
 constexpr double keep_noise = 1.0 - 1.0 / 300.0;  // the noise is one for the section
 constexpr double keep_change = 1.0 - 1.0 / 40.0;  // the roughness is local
 constexpr double few = 8.0;                       // degrees of freedom below which the changes say nothing
-constexpr double longest_step = 0.5;              // of the logarithm of the roughness
+constexpr double longest_evidence_step = 0.5;     // of the logarithm of the roughness
 constexpr double least_noise = 4e-10;             // nothing below 0.02 um is resolved
 constexpr double least_roughness = 1e-12, most_roughness = 1e4;
 
@@ -28,8 +28,8 @@ void LiveEvidence::learn_change(double change, double variance, double length_mm
     seen_ = keep_change * seen_ + std::min(change * change / expected, 9.0);
     known_ = keep_change * known_ + known;
     const double step = 0.2 * std::log((seen_ + few) / (known_ + few));
-    roughness_ = std::clamp(roughness_ * std::exp(std::clamp(step, -longest_step, longest_step)), least_roughness,
-                            most_roughness);
+    roughness_ = std::clamp(roughness_ * std::exp(std::clamp(step, -longest_evidence_step, longest_evidence_step)),
+                            least_roughness, most_roughness);
 }
 
 }  // namespace cmm::fitting

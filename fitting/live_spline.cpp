@@ -10,7 +10,7 @@ namespace {
 
 constexpr double no_way_mm = 1e-7;
 constexpr double farthest_mm = 1e6;          // no machine is that large
-constexpr double anchor_sigmas = 8.0;        // length of the chord from which a curve begins
+constexpr double live_anchor_sigmas = 8.0;   // length of the chord from which a curve begins
 constexpr std::uint32_t least_counting = 3;  // samples
 constexpr double missing_turn_rad = 0.7;     // of a lap: what bad samples may hide at its two ends
 
@@ -75,7 +75,7 @@ void LiveSpline::reckon(std::size_t index) {
 /// there is none, or the predecessor is at the same place.
 const Vec2* LiveSpline::anchor_of(std::size_t index) const {
     const Slot& now = slot(index);
-    const double apart = anchor_sigmas * std::sqrt(now.evidence.noise());
+    const double apart = live_anchor_sigmas * std::sqrt(now.evidence.noise());
     const Vec2* found = nullptr;
     for (std::size_t back = 1; back <= std::min(index, depth); ++back) {
         const Slot& other = slot(index - back);

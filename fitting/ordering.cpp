@@ -15,7 +15,7 @@ namespace {
 
 using core::ErrorCode;
 
-constexpr std::size_t least_points = 16;
+constexpr std::size_t least_lap_points = 16;
 constexpr double duplicate_share = 0.02;     // of the median spacing: nearer than that says nothing about direction
 constexpr double least_closing_share = 0.3;  // of the spacing: nearer to the first point a last one repeats it
 constexpr double back_lateral_mm = 0.015;    // noise and chord error: nearer to the stretch just measured is on it
@@ -196,8 +196,8 @@ std::vector<std::size_t> usable_points(std::span<const Vec2> points, std::span<c
 
 core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std::size_t>& usable,
                             double closing_gap_factor, double reject_floor_mm) {
-    if (usable.size() < least_points)
-        return core::fail(ErrorCode::fit_not_evaluable, "section: needs " + std::to_string(least_points) +
+    if (usable.size() < least_lap_points)
+        return core::fail(ErrorCode::fit_not_evaluable, "section: needs " + std::to_string(least_lap_points) +
                                                             " different points, got " + std::to_string(usable.size()));
     const Chain chain = make_chain(points, usable, reject_floor_mm);
     double lap_length = -1.0;

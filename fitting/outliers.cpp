@@ -14,7 +14,7 @@ namespace {
 constexpr double witness_sd = 8.0;       // in sigmas: of a prediction that frees a point at the first hearing
 constexpr std::ptrdiff_t reach = 2;      // neighbours a side in the test: so far a suspect may accuse
 constexpr std::ptrdiff_t merge_gap = 3;  // accused stretches nearer than this are one
-constexpr std::size_t fewest_points = 7;
+constexpr std::size_t fewest_judged_points = 7;
 constexpr int most_accusations = 3;
 
 class Finder {
@@ -159,7 +159,7 @@ class Finder {
 }  // namespace
 
 BadPoints find_bad_points(std::span<const Vec2> points, bool closed, double floor_mm) {
-    if (points.size() >= fewest_points) return Finder(points, closed, floor_mm).run();
+    if (points.size() >= fewest_judged_points) return Finder(points, closed, floor_mm).run();
     BadPoints all;
     all.bad.assign(points.size(), 0);
     all.corner.assign(points.size(), 0);

@@ -11,13 +11,13 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double unbounded = std::numeric_limits<double>::infinity();
 // What could be nearer by less than this does not matter.
-constexpr double indifferent_mm = 0.5e-6, indifferent_share = 1e-12;
+constexpr double indifferent_foot_mm = 0.5e-6, indifferent_share = 1e-12;
 // Newton's last step: it leaves its square times the curvature, k, of the foot, and k^3 times its fourth power of the
 // distance: on an edge of 0.1 mm radius 10 nm and less than 0.001 nm.
 constexpr double last_step_mm = 1e-3;
-constexpr int most_steps = 20;
+constexpr int most_foot_steps = 20;
 constexpr double foot_rounding = 1e-14;
 // Of a patch of the tree: a tangent that turns more makes loose bounds.
 constexpr double patch_turn = 0.25;
@@ -25,7 +25,7 @@ constexpr int deepest_patch = 5;
 // Splitting ends here whatever the bounds say: far below what the parameters resolve.
 constexpr double least_width = 1e-10;
 // Cells of the order in which scattered points are visited, per axis; fewer points are not worth a sort.
-constexpr double grid_cells = 32.0;
+constexpr double patch_grid_cells = 32.0;
 constexpr std::size_t cell_count = 32 * 32 * 32, least_to_sort = 512;
 
 /// Gradient and second derivatives of |S - p|^2 / 2.
@@ -92,7 +92,7 @@ std::optional<SurfaceFoot> newton_foot(const Surface& surface, const Vec3& p, co
     const CubicAxis &axis_u = surface.u(), &axis_v = surface.v();
     SurfacePlace at{axis_u.inside(start.u), axis_v.inside(start.v)};
     std::size_t i = axis_u.span_of(at.u, axis_u.spans() / 2), j = axis_v.span_of(at.v, axis_v.spans() / 2);
-    for (int step = 0; step < most_steps; ++step) {
+    for (int step = 0; step < most_foot_steps; ++step) {
         const SurfaceJet jet = surface.jet_in(i, j, at);
         const Vec3 r = jet.position - p;
         const Slope slope(jet, r);
@@ -143,11 +143,11 @@ void SurfaceIndex::build_tree() {
     }
     do {
         std::vector<Group> groups((low.size() + group_size - 1) / group_size);
-        std::vector<Vec3> next_low(groups.size(), Vec3::Constant(infinity)), next_high(groups.size(), -next_low[0]);
+        std::vector<Vec3> next_low(groups.size(), Vec3::Constant(unbounded)), next_high(groups.size(), -next_low[0]);
         for (Group& group : groups)
             for (int axis = 0; axis < 3; ++axis) {
-                group.low[axis].setConstant(infinity);
-                group.high[axis].setConstant(-infinity);
+                group.low[axis].setConstant(unbounded);
+                group.high[axis].setConstant(-unbounded);
             }
         for (std::size_t k = 0; k < low.size(); ++k) {
             const std::size_t g = k / group_size;
@@ -169,12 +169,12 @@ void SurfaceIndex::Best::take(const SurfaceFoot& found, bool minimum) {
     foot = found;
     stationary = minimum;
     distance = std::sqrt(found.squared);
-    limit = distance - indifferent_mm - indifferent_share * distance;
+    limit = distance - indifferent_foot_mm - indifferent_share * distance;
     limit_squared = limit > 0.0 ? limit * limit : 0.0;
 }
 
 SurfaceFoot SurfaceIndex::closest(const Vec3& p, const std::optional<SurfacePlace>& hint, SearchCost* cost) const {
-    Best best{{{surface_.u().front(), surface_.v().front()}, infinity}};
+    Best best{{{surface_.u().front(), surface_.v().front()}, unbounded}};
     if (!p.allFinite() || p.cwiseAbs().maxCoeff() > 1e100) return best.foot;
     if (hint)
         if (const auto foot = newton_foot(surface_, p, *hint, &best.cost)) best.take(*foot, true);
@@ -185,7 +185,7 @@ SurfaceFoot SurfaceIndex::closest(const Vec3& p, const std::optional<SurfacePlac
         cost->steps += best.cost.steps;
         cost->failures += best.cost.failures;
         cost->split += best.cost.split;
-        cost->wrong += std::isfinite(by_newton) && best.distance < by_newton - indifferent_mm;
+        cost->wrong += std::isfinite(by_newton) && best.distance < by_newton - indifferent_foot_mm;
     }
     return best.foot;
 }
@@ -271,9 +271,9 @@ void SurfaceIndex::minimise(const Vec3& p, const PatchDomain& domain, Best& best
         if (surface_.u().closed() && std::abs(at.u - best.foot.place.u) > 0.5 * period)
             at.u = at.u > domain.u0 ? domain.u0 : domain.u1;
     }
-    double last = infinity;
+    double last = unbounded;
     SurfacePlace before = at;
-    for (int step = 0; step < most_steps; ++step) {
+    for (int step = 0; step < most_foot_steps; ++step) {
         const SurfaceJet jet = surface_.jet_in(domain.span_u, domain.span_v, at);
         const Vec3 r = jet.position - p;
         const double squared = r.squaredNorm();
@@ -312,14 +312,14 @@ std::vector<std::uint32_t> SurfaceIndex::neighbours_first(std::span<const Vec3> 
     }
     const double margin = 0.05 * (high - low).norm();
     low.array() -= margin;
-    const Vec3 scale = (grid_cells / (high.array() + margin - low.array()));
+    const Vec3 scale = (patch_grid_cells / (high.array() + margin - low.array()));
     std::vector<std::uint16_t> cell(points.size());
     for (std::size_t i = 0; i < points.size(); ++i) {
         std::uint32_t index = 0;
         for (const int axis : {2, 1, 0}) {
             const double at = (points[i][axis] - low[axis]) * scale[axis];
-            index = index * static_cast<std::uint32_t>(grid_cells) +
-                    static_cast<std::uint32_t>(std::max(0.0, std::min(at, grid_cells - 1.0)));  // also of NaN
+            index = index * static_cast<std::uint32_t>(patch_grid_cells) +
+                    static_cast<std::uint32_t>(std::max(0.0, std::min(at, patch_grid_cells - 1.0)));  // also of NaN
         }
         cell[i] = static_cast<std::uint16_t>(index);
     }

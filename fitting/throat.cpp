@@ -10,7 +10,7 @@ namespace {
 constexpr std::size_t looked_at = 300;  // points of each blade for the first look
 constexpr int most_feet = 200;
 constexpr double settled_mm = 1e-9;
-constexpr double least_mm = 1e-3;  // less is no passage: the search ends where the outlines cross
+constexpr double least_throat_mm = 1e-3;  // less is no passage: the search ends where the outlines cross
 
 /// The two places between which the distance is measured: of the blade, and of its neighbour before it was moved.
 struct Gap {
@@ -46,7 +46,7 @@ core::Result<Measure> measure_throat(MeasuredSection& section, const Vec2& pitch
         gap.width_mm = across.norm();
         if (std::abs(change) > settled_mm) continue;
         // Where the blades touch or cross, the way from one to the other leads through material.
-        if (gap.width_mm < least_mm || !(across.dot(contour.normal(gap.here)) > 0.5 * gap.width_mm))
+        if (gap.width_mm < least_throat_mm || !(across.dot(contour.normal(gap.here)) > 0.5 * gap.width_mm))
             return refuse("the neighbours touch");
         Measure out{"THROAT: smallest distance to the same section moved by the nominal pitch", gap.width_mm, {}, 0.0};
         contour.add(gap.here, -1.0, out.slopes);

@@ -6,7 +6,7 @@
 namespace cmm::drivers::dro {
 namespace {
 
-constexpr double mm_per_inch = 25.4;
+constexpr double dro_mm_per_inch = 25.4;
 constexpr double inch_count = 1e-5;  // 0.254 um; of millimetres 0.1 um
 constexpr std::int64_t most_decimals = 7;
 
@@ -17,7 +17,7 @@ DroSettings read_dro_settings(const core::ConfigTable& table) {
     settings.format = table.text("format", settings.format);
     settings.integers = table.word("numbers", "decimal", {"decimal", "integer"}) == "integer";
     const bool inches = table.word("unit", "mm", {"mm", "inch"}) == "inch";
-    settings.unit_mm = inches ? mm_per_inch : 1.0;
+    settings.unit_mm = inches ? dro_mm_per_inch : 1.0;
     // What a count of an integer is worth cannot be guessed.
     settings.count = settings.integers ? table.required_number("count", {1e-7, 1.0})
                                        : table.number("count", inches ? inch_count : settings.count, {1e-7, 1.0});

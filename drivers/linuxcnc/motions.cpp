@@ -19,7 +19,7 @@ using core::Motion;
 using core::Result;
 using core::Status;
 
-constexpr double stop_patience_ms = 5000.0;  // a machine brakes within a second; afterwards nothing is known
+constexpr double motion_stop_patience_ms = 5000.0;  // a machine brakes within a second; afterwards nothing is known
 constexpr double still_after_ms = 30.0;
 constexpr double still_mm = 0.002;  // an encoder trembles by a count or two
 constexpr double begin_patience_ms =
@@ -196,7 +196,7 @@ asio::awaitable<Result<Report>> Motions::report(std::string parameters, Messages
 }
 
 asio::awaitable<Motion> Motions::standstill() {
-    const double give_up_ms = session_.now_ms() + stop_patience_ms;
+    const double give_up_ms = session_.now_ms() + motion_stop_patience_ms;
     std::optional<Eigen::Vector3d> before;
     for (;;) {
         const auto position = co_await session_.position_mm("abs_act_pos");

@@ -31,7 +31,7 @@ struct Attempt {
 
 constexpr std::string_view line_end = "\r\n";
 
-std::span<const std::uint8_t> bytes_of(const std::string& text) {
+std::span<const std::uint8_t> rsh_bytes_of(const std::string& text) {
     return {static_cast<const std::uint8_t*>(static_cast<const void*>(text.data())), text.size()};
 }
 
@@ -182,7 +182,7 @@ void RshLink::write_on() {
     if (outgoing_.empty() || !is_open_) return;
     writing_ = true;
     const std::string& text = outgoing_.front().text;
-    log_.sent(bytes_of(text));
+    log_.sent(rsh_bytes_of(text));
     asio::async_write(socket_, asio::buffer(text), [this, link = link_number_](const SystemError& error, std::size_t) {
         if (link != link_number_) return;
         if (error) return lose();

@@ -18,8 +18,8 @@ using core::Motion;
 using core::Result;
 using core::Status;
 
-constexpr double first_backoff_ms = 20.0;
-constexpr double longest_backoff_ms = 250.0;
+constexpr double first_rsh_backoff_ms = 20.0;
+constexpr double longest_rsh_backoff_ms = 250.0;
 // linuxcncrsh looks only every 100 ms whether a command has arrived, and an emergency stop takes two such turns.
 constexpr double command_reply_ms = 3000.0;
 constexpr double switch_patience_ms = 3000.0;  // the emergency stop goes through a loop of 100 ms turns
@@ -133,7 +133,7 @@ asio::awaitable<Result<Reply>> RshSession::ask(std::string line) {
 
 asio::awaitable<Result<std::string>> RshSession::get(std::string what) {
     double give_up_ms = 0.0;
-    for (double backoff_ms = first_backoff_ms;; backoff_ms = std::min(2.0 * backoff_ms, longest_backoff_ms)) {
+    for (double backoff_ms = first_rsh_backoff_ms;; backoff_ms = std::min(2.0 * backoff_ms, longest_rsh_backoff_ms)) {
         std::string line = "get " + what;
         auto reply = co_await ask(std::move(line));
         if (reply && reply->kind == Reply::Kind::value) co_return std::move(reply->text);

@@ -17,8 +17,8 @@ using Outcome = Transaction::Outcome;
 // On a link that carries one request at a time. After a stop was asked for, the reply under way is waited for so long
 // and its time on the line: the stop is on the wire within 250 ms from 19200 baud on, and does not meet the reply.
 constexpr double patience_before_stop_ms = 60.0;
-constexpr double stop_reply_ms = 100.0;
-constexpr int stop_attempts = 4;
+constexpr double modbus_stop_reply_ms = 100.0;
+constexpr int modbus_stop_attempts = 4;
 
 std::int64_t now_ns() noexcept {
     return SteadyClock::now().time_since_epoch().count();
@@ -236,7 +236,7 @@ void Conversation::take_stop() {
 }
 
 void Conversation::serve_stop() {
-    const int attempts = link_->overlaps() ? 2 : stop_attempts;
+    const int attempts = link_->overlaps() ? 2 : modbus_stop_attempts;
     for (int attempt = 0; stop_matters_ && !quit_ && (stop_wanted_ != 0 || stop_owed_ != 0); ++attempt) {
         if (!link_->is_open()) open_link();
         if (!link_->is_open() || attempt == attempts) {
@@ -257,8 +257,9 @@ void Conversation::serve_stop() {
 void Conversation::await_stop() {
     const std::uint16_t id = stop_id_;
     Transaction stop = stop_transaction();
-    const double patience_ms = link_->overlaps() ? options_.stop_timeout_ms
-                                                 : std::min(options_.stop_timeout_ms, stop_reply_ms) + wire_ms(stop);
+    const double patience_ms = link_->overlaps()
+                                   ? options_.stop_timeout_ms
+                                   : std::min(options_.stop_timeout_ms, modbus_stop_reply_ms) + wire_ms(stop);
     under_way_.assign(1, Flight{id, &stop, SteadyClock::now()});
     await_replies(core::from_ms(patience_ms));
     if (stop.outcome == Outcome::closed) close_link();

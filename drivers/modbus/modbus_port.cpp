@@ -17,8 +17,8 @@ namespace {
 namespace asio = boost::asio;
 using Outcome = Transaction::Outcome;
 
-constexpr double first_backoff_ms = 2.0;
-constexpr double longest_backoff_ms = 100.0;
+constexpr double first_modbus_backoff_ms = 2.0;
+constexpr double longest_modbus_backoff_ms = 100.0;
 constexpr int first_questions = 3;  // who is there; one may get lost like any other
 constexpr std::int64_t usual_in_flight = 32;
 
@@ -314,7 +314,7 @@ void ModbusPort::drop_what_was_sent_ahead() {
 asio::awaitable<core::Status> ModbusPort::repeat() {
     core::Status status;
     double give_up_ms = 0.0;
-    double backoff_ms = first_backoff_ms;
+    double backoff_ms = first_modbus_backoff_ms;
     std::size_t in_flight = in_flight_.allowed();
     for (;;) {
         status = co_await attempt(in_flight);
@@ -326,7 +326,7 @@ asio::awaitable<core::Status> ModbusPort::repeat() {
         drop_what_was_sent_ahead();
         in_flight = 1;
         co_await pause(backoff_ms * rng_.uniform(0.5, 1.0));
-        backoff_ms = std::min(2.0 * backoff_ms, longest_backoff_ms);
+        backoff_ms = std::min(2.0 * backoff_ms, longest_modbus_backoff_ms);
     }
 }
 
