@@ -11,7 +11,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double unbounded = std::numeric_limits<double>::infinity();
+constexpr double no_bound = std::numeric_limits<double>::infinity();
 // What could be nearer by less than this does not matter.
 constexpr double indifferent_foot_mm = 0.5e-6, indifferent_share = 1e-12;
 // Newton's last step: it leaves its square times the curvature, k, of the foot, and k^3 times its fourth power of the
@@ -143,11 +143,11 @@ void SurfaceIndex::build_tree() {
     }
     do {
         std::vector<Group> groups((low.size() + group_size - 1) / group_size);
-        std::vector<Vec3> next_low(groups.size(), Vec3::Constant(unbounded)), next_high(groups.size(), -next_low[0]);
+        std::vector<Vec3> next_low(groups.size(), Vec3::Constant(no_bound)), next_high(groups.size(), -next_low[0]);
         for (Group& group : groups)
             for (int axis = 0; axis < 3; ++axis) {
-                group.low[axis].setConstant(unbounded);
-                group.high[axis].setConstant(-unbounded);
+                group.low[axis].setConstant(no_bound);
+                group.high[axis].setConstant(-no_bound);
             }
         for (std::size_t k = 0; k < low.size(); ++k) {
             const std::size_t g = k / group_size;
@@ -174,7 +174,7 @@ void SurfaceIndex::Best::take(const SurfaceFoot& found, bool minimum) {
 }
 
 SurfaceFoot SurfaceIndex::closest(const Vec3& p, const std::optional<SurfacePlace>& hint, SearchCost* cost) const {
-    Best best{{{surface_.u().front(), surface_.v().front()}, unbounded}};
+    Best best{{{surface_.u().front(), surface_.v().front()}, no_bound}};
     if (!p.allFinite() || p.cwiseAbs().maxCoeff() > 1e100) return best.foot;
     if (hint)
         if (const auto foot = newton_foot(surface_, p, *hint, &best.cost)) best.take(*foot, true);
@@ -271,7 +271,7 @@ void SurfaceIndex::minimise(const Vec3& p, const PatchDomain& domain, Best& best
         if (surface_.u().closed() && std::abs(at.u - best.foot.place.u) > 0.5 * period)
             at.u = at.u > domain.u0 ? domain.u0 : domain.u1;
     }
-    double last = unbounded;
+    double last = no_bound;
     SurfacePlace before = at;
     for (int step = 0; step < most_foot_steps; ++step) {
         const SurfaceJet jet = surface_.jet_in(domain.span_u, domain.span_v, at);
