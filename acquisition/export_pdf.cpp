@@ -52,8 +52,7 @@ Cell paper_cell(const Characteristic* c) {
 
 void add_results(pdf::Pages& pages, const PartResult& part) {
     const auto terms = report_terms(part);
-    std::vector<Column> columns{
-        {"Section", 0.8, true}, {"z mm", 1.0, true}, {"Points", 0.8, true}, {"Rejected", 0.9, true}};
+    std::vector<Column> columns{{"Sec.", 0.7, true}, {"z mm", 1.05, true}, {"Points", 0.95, true}, {"Rej.", 0.7, true}};
     for (const auto& term : terms) {
         const auto* c = first_of(part, term.name);
         const bool limited = c->upper && !c->lower;
@@ -80,17 +79,17 @@ void add_results(pdf::Pages& pages, const PartResult& part) {
 void add_characteristics(pdf::Pages& pages, const PartResult& part) {
     const auto asked = asked_rows(part);
     if (asked.empty()) return;
-    const std::vector<Column> columns{{"Section", 0.9, true},
-                                      {"Characteristic", 2.6, false},
-                                      {"", 0.5, false},
-                                      {"Value", 1.3, true},
-                                      {"U95", 1.1, true},
-                                      {"Nominal", 1.3, true},
-                                      {"Deviation", 1.2, true},
-                                      {"Lower limit", 1.2, true},
-                                      {"Upper limit", 1.2, true},
-                                      {"Decision", 1.2, false},
-                                      {"Method, or why it is not evaluable", 4.6, false}};
+    const std::vector<Column> columns{{"Sec.", 0.9, true},
+                                      {"Characteristic", 2.5, false},
+                                      {"", 0.8, false},
+                                      {"Value", 1.5, true},
+                                      {"U95", 1.2, true},
+                                      {"Nominal", 1.5, true},
+                                      {"Deviation", 1.6, true},
+                                      {"Lower", 1.5, true},
+                                      {"Upper", 1.5, true},
+                                      {"Decision", 1.6, false},
+                                      {"Method, or why it is not evaluable", 3.9, false}};
     std::vector<std::vector<Cell>> rows;
     for (const auto& row : asked)
         rows.push_back({{row.section},

@@ -161,6 +161,10 @@ EdgeFitter::Gathered EdgeFitter::gather(const EdgeRegion& region, const EdgeRegi
         --last;
 
     Gathered out;
+    for (const CurvatureStep& joint : source_.smooth.joints) {
+        const double off = std::remainder(joint.t - wrapped, period);
+        if (off > t_of(first) - wrapped && off < t_of(last - 1) - wrapped) ++out.edge.joints;
+    }
     out.edge.ball_mm = source_.ball_mm;
     out.edge.noise = source_.noise;
     const Vec2& nose = source_.part[region.middle].normal;

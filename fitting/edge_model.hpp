@@ -27,6 +27,7 @@ struct EdgePoints {
     std::size_t nose = 0;  ///< the point in the middle of the edge
     double ball_mm = 0.0;
     Noise noise;
+    std::size_t joints = 0;  ///< of the free-form curve's curvature among them
 };
 
 using EdgeShape = std::variant<std::monostate, ArcShape, EllipseShape, DoubleArcShape, ParabolaShape>;
@@ -53,8 +54,9 @@ struct EdgeChoice {
 /// either side as they pay. A model is refused whose residuals are larger than the noise allows, follow each other, or
 /// hold harmonics that the shape lacks (99.9 % each): then the next one is tried. What is left competes with the
 /// free form by the Bayesian information criterion (Schwarz 1978) on the points that it explains, the price of the free
-/// form being the trace of its hat matrix there; a lead of 2 is asked for. With `request` only that model is tried,
-/// and chosen only if the points support it.
+/// form being the trace of its hat matrix there and half of the three numbers of each joint (its place, the steps of
+/// the curvature and of its slope), the other half being the side's; a lead of 2 is asked for. With `request` only that
+/// model is tried, and chosen only if the points support it.
 EdgeChoice choose_edge_model(const EdgePoints& edge, std::optional<EdgeModel> request = {});
 
 }  // namespace cmm::fitting

@@ -6,6 +6,7 @@
 namespace cmm::fitting {
 namespace {
 
+constexpr double numbers_of_a_joint = 1.5;  // that are the edge's
 constexpr double rounding_floor_mm = 1e-5;  // noise-free points are not known to better than the solvers' rounding
 
 }  // namespace
@@ -42,6 +43,7 @@ EdgeWindow ModelFitter::turning_by(double angle_rad) const {
 
 double ModelFitter::gain(double squares, int parameters, const EdgeWindow& w) const {
     double sum = -squares / (sigma_ * sigma_) - parameters * price_;
+    sum += numbers_of_a_joint * static_cast<double>(edge_.joints) * price_;
     for (std::size_t i = w.begin; i < w.end; ++i)
         sum += free_price(i);
     return sum;
