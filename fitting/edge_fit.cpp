@@ -252,7 +252,8 @@ EdgeOutcome EdgeFitter::run(const EdgeRegion& region, const EdgeRegion& other, s
             turn_angle(gathered.edge.points[gathered.edge.nose].normal, gathered.edge.points[trial.end - 1].normal);
         std::visit(Describer{trial, gathered.edge.points[gathered.edge.nose].normal, fit}, trial.shape);
         judge_radius(fit);
-        if (source_.noise.sigma_mm > least_noise_mm && trial.gain >= strong_evidence)
+        // With joints the free form is as good as the model up to the ends, and it meets the sides where they begin.
+        if (source_.noise.sigma_mm > least_noise_mm && trial.gain >= strong_evidence && gathered.edge.joints == 0)
             outcome.patch = make_patch(source_.smooth.curve, gathered.edge, gathered.t, trial);
         fit.used_in_contour = outcome.patch.has_value();
     }

@@ -40,10 +40,11 @@ constexpr int tunings = 7, joint_tunings = 3, last_tunings = 2;
 constexpr double knot_share = 0.02;  // of a span: how near the knots of a joint are
 constexpr double joint_grid_mm = 1e-3;
 constexpr double least_joint_speed = 0.3, most_joint_turn_rad = 0.2;
-constexpr int most_shifts = 4;              // of the joints
-constexpr double lasting_step_share = 0.2;  // of the ramp's
-constexpr double joint_stray_sigmas = 2.0;  // of a joint's shift: the step of the curvature times its square
-constexpr double least_speed = 0.05;        // of the parameter, which is nearly a length; below it the curve has a cusp
+constexpr double most_joint_variance = 4.0;  // of the curve there, over that of a point
+constexpr int most_shifts = 4;               // of the joints
+constexpr double lasting_step_share = 0.2;   // of the ramp's
+constexpr double joint_stray_sigmas = 2.0;   // of a joint's shift: the step of the curvature times its square
+constexpr double least_speed = 0.05;  // of the parameter, which is nearly a length; below it the curve has a cusp
 constexpr double longest_period_mm = 1e7;
 
 /// Noise along the normal, roughly and too large where the points are sparse: from the offsets of the points from the
@@ -89,6 +90,8 @@ class Smoother {
         }
         if (auto status = place_joints(); !status) return status;
         measure();
+        if (!joints_are_known())
+            return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: the points do not determine a joint");
         return {};
     }
 
@@ -161,6 +164,18 @@ class Smoother {
         for (const CurvatureJoint& joint : joints_)
             ramps.push_back({joint.first_span - 1, joint.last_span});
         return set_joints(breaks_, ramps);
+    }
+
+    /// Whether the points tell the curve at its joints, from the latest solution.
+    bool joints_are_known() const {
+        return std::all_of(joint_knots_.begin(), joint_knots_.end(), [&](const KnotCluster& knots) {
+            const Four b = least_squares_.basis(knots.first).at(1.0);
+            double sum = 0.0;
+            for (std::size_t a = 0; a < 4; ++a)
+                for (std::size_t c = a; c < 4; ++c)
+                    sum += (c > a ? 2.0 : 1.0) * b[a] * b[c] * inverse_[wrapped(knots.first + a)][c - a];
+            return sum < most_joint_variance;
+        });
     }
 
     /// Between its knots a curve has no room to turn; where it does all the same, a bad point has it on a leash.
