@@ -78,6 +78,7 @@ class Smoother {
         sort_points();
         if (auto status = start(); !status) return status;
         if (auto status = refine(tunings); !status) return status;
+        const double without = largest_variance();
         if (with_joints) {
             measure_jumps();
             joints_ = find_curvature_joints(breaks_, slope_, length_, sigma_);
@@ -90,7 +91,7 @@ class Smoother {
         }
         if (auto status = place_joints(); !status) return status;
         measure();
-        if (!joints_are_known())
+        if (!joints_are_known() || (!joints_.empty() && largest_variance() > most_joint_variance * without))
             return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: the points do not determine a joint");
         return {};
     }
@@ -164,6 +165,14 @@ class Smoother {
         for (const CurvatureJoint& joint : joints_)
             ramps.push_back({joint.first_span - 1, joint.last_span});
         return set_joints(breaks_, ramps);
+    }
+
+    /// Of the controls across the curve, by the latest solution, mm^2.
+    double largest_variance() const {
+        double largest = 0.0;
+        for (std::size_t k = 0; k < spans_; ++k)
+            largest = std::max(largest, inverse_[k][0]);
+        return sigma_ * sigma_ * largest;
     }
 
     /// Whether the points tell the curve at its joints, from the latest solution.
