@@ -10,8 +10,8 @@ namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t coarse_points = 160;
-constexpr double likely_share = 0.95;  // of the largest of few
-constexpr double thickness_rounding = 1e-9;      // far above that of a radius, far below what matters
+constexpr double likely_share = 0.95;        // of the largest of few
+constexpr double thickness_rounding = 1e-9;  // far above that of a radius, far below what matters
 
 /// A contour against which circles are tried, with every so many-th of its points for a first guess.
 class Obstacles {
