@@ -16,9 +16,13 @@ namespace {
 
 std::atomic<std::size_t> allocations{0};
 
-void* counted(std::size_t size) {
+void* counted(std::size_t size, const std::nothrow_t&) noexcept {
     ++allocations;
-    if (void* memory = std::malloc(size > 0 ? size : 1)) return memory;
+    return std::malloc(size > 0 ? size : 1);
+}
+
+void* counted(std::size_t size) {
+    if (void* memory = counted(size, std::nothrow)) return memory;
     throw std::bad_alloc();
 }
 
@@ -29,6 +33,12 @@ void* operator new(std::size_t size) {
 }
 void* operator new[](std::size_t size) {
     return counted(size);
+}
+void* operator new(std::size_t size, const std::nothrow_t& none) noexcept {
+    return counted(size, none);
+}
+void* operator new[](std::size_t size, const std::nothrow_t& none) noexcept {
+    return counted(size, none);
 }
 void operator delete(void* memory) noexcept {
     std::free(memory);
