@@ -4,248 +4,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "acquisition/asked_characteristics.hpp"
+#include "acquisition/profile.hpp"
+#include "acquisition/section_sizes.hpp"
 #include "acquisition/span_point.hpp"
-#include "core/text.hpp"
-#include "core/units.hpp"
-#include "fitting/chord.hpp"
-#include "fitting/statistics.hpp"
 
 namespace cmm::acquisition {
 namespace {
 
-using Eigen::Vector2d;
 using fitting::ContourPoint;
 using fitting::Zone;
-
-struct ProfileZone {
-    Zone zone;
-    const char* name;
-    bool edge;
-};
-constexpr std::array profile_zones{
-    ProfileZone{Zone::le, "profile_le", true}, ProfileZone{Zone::suction, "profile_suction", false},
-    ProfileZone{Zone::te, "profile_te", true}, ProfileZone{Zone::pressure, "profile_pressure", false}};
-
-constexpr double places_of_a_point = 3.0;
-constexpr double shown_share = 0.0005;  // of a zone that is not evaluable: below 0.1 % nothing is said
-constexpr const char* not_reached = "not evaluable there: the ball does not reach";
-constexpr const char* profile_method = "line profile ISO 1101, 2 max|d|, ";
-constexpr const char* radius_method = "orthogonal-distance circle through the edge's points";
-constexpr const char* chord_method = "NOSETAIL: between the points where the camber line leaves the section";
-constexpr const char* thickness_method = "MAX_INSCRIBED: diameter of the largest inscribed circle";
-
-Characteristic not_evaluable(const std::string& name, const std::string& method, std::optional<double> limit,
-                             std::string why) {
-    return {name, method, {}, {}, limit, Decision::not_evaluable, std::move(why)};
-}
-
-Characteristic reported(const char* name, const std::string& method, double value, double u95, std::string note) {
-    return {name, method, value, u95, {}, Decision::reported, std::move(note)};
-}
-
-std::optional<double> limit_of(const ProfileZone& zone, const EvaluationOptions& options) {
-    return zone.edge ? options.edge_profile_mm : options.profile_mm;
-}
-
-/// Half the 95 % interval of a deviation that is the largest of a zone: found among as many places as there are
-/// independent values of the noise, about one for three points, in each of four zones.
-double u95_of_worst(const ContourPoint& worst, double u95_mm, const SectionResult& section) {
-    constexpr double points_of_a_value = 12.0;
-    const auto used = static_cast<double>(section.points.size() - section.rejected());
-    const double k = std::max(2.0, fitting::coverage_95_of_largest(std::max(1.0, used / points_of_a_value)));
-    return 0.5 * k * (u95_mm - worst.offset_error_mm) + worst.offset_error_mm;
-}
-
-/// What lies between the largest deviation of a zone and the largest that its places may have, and have for certain.
-/// All of them share the risk (Sidak 1967), three times as many as the zone has points: the largest of a smooth random
-/// curve is that of fewer independent values, and the rest is for the places beside an edge, where the curvature jumps
-/// and the curve is farther off than the noise says (docs/theory.md).
-class ZoneGuards {
-  public:
-    ZoneGuards(const DecisionRule& rule, double coverage, double points)
-        : coverage_(coverage),
-          deviate_(fitting::upper_deviate_of_largest(rule.risk_of_look(), std::max(1.0, points))) {}
-
-    void add(const ContourPoint& place, double u95_mm, double deviation_mm) {
-        const double size = std::abs(deviation_mm), bound = place.offset_error_mm + place.bound_mm;
-        const double sigma = std::max(0.0, u95_mm - bound) / coverage_;
-        largest_ = std::max(largest_, size);
-        at_most_ = std::max(at_most_, size + deviate_ * sigma + bound);
-        at_least_ = std::max(at_least_, size - deviate_ * sigma - bound);
-    }
-    /// Of the width 2 max|d|.
-    GuardBands of_width() const { return {2.0 * (at_most_ - largest_), 2.0 * (largest_ - at_least_)}; }
-
-  private:
-    double coverage_, deviate_;
-    double largest_ = 0.0, at_most_ = 0.0, at_least_ = std::numeric_limits<double>::lowest();
-};
-
-std::string profile_method_of(const fitting::FilterSpec& filter, const std::string& frame) {
-    static constexpr std::array<std::pair<fitting::FilterKind, const char*>, 3> names{
-        {{fitting::FilterKind::gaussian, "Gaussian filter ISO 16610-21"},
-         {fitting::FilterKind::spline, "spline filter ISO 16610-22"},
-         {fitting::FilterKind::robust_gaussian, "robust Gaussian filter ISO 16610-31"}}};
-    for (const auto& [kind, name] : names)
-        if (kind == filter.kind)
-            return profile_method + frame + ", " + name + ", cut-off " + core::fixed(filter.cutoff_mm, 3) + " mm";
-    return profile_method + frame;
-}
-
-std::string worst_note(double deviation_mm, const Vector2d& at) {
-    return "worst d " + std::string(deviation_mm > 0 ? "+" : "") + core::length_text(deviation_mm) + " at x " +
-           core::fixed(at.x(), 3) + " mm, y " + core::fixed(at.y(), 3) + " mm";
-}
-
-/// Deviations of a contour in a frame, filtered, a value for each of its points. A filter takes noise away; the
-/// uncertainty stays that of the contour and of the alignment.
-struct Compared {
-    const std::vector<ContourPoint>& contour;
-    const fitting::FilteredZones& deviation;
-    const Alignment& alignment;
-    std::string frame;
-};
-
-Characteristic profile(const ProfileZone& zone, const SectionResult& section, const Compared& compared,
-                       const EvaluationOptions& options) {
-    const auto& contour = compared.contour;
-    const auto& deviation = compared.deviation;
-    const auto limit = limit_of(zone, options);
-    const std::string method = profile_method_of(options.filters.at(zone.zone), compared.frame);
-    std::optional<std::size_t> worst;
-    std::size_t points = 0;
-    std::size_t judged = 0;
-    const auto in_zone = std::count_if(contour.begin(), contour.end(),
-                                       [&](const ContourPoint& point) { return point.zone == zone.zone; });
-    const double used = static_cast<double>(section.points.size() - section.rejected());
-    ZoneGuards guards(options.rule, section.fit->contour_noise.coverage(),
-                      places_of_a_point * used * static_cast<double>(in_zone) / static_cast<double>(contour.size()));
-    for (std::size_t i = 0; i < contour.size(); ++i) {
-        if (contour[i].zone != zone.zone) continue;
-        ++points;
-        if (!deviation.values[i]) continue;
-        ++judged;
-        guards.add(contour[i], aligned_u95_mm(contour[i], compared.alignment), *deviation.values[i]);
-        if (!worst || std::abs(*deviation.values[i]) > std::abs(*deviation.values[*worst])) worst = i;
-    }
-    if (points == 0) return not_evaluable(zone.name, method, limit, "the contour has no such zone");
-    if (const auto& why = deviation.refused[static_cast<std::size_t>(zone.zone)]; !why.empty())
-        return not_evaluable(zone.name, method, limit, why);
-    if (!worst) return not_evaluable(zone.name, method, limit, not_reached);
-    const double largest = *deviation.values[*worst];
-    const double u95_mm = u95_of_worst(contour[*worst], aligned_u95_mm(contour[*worst], compared.alignment), section);
-    Characteristic c{zone.name, method, 2.0 * std::abs(largest), 2.0 * u95_mm, limit, Decision::reported, {}};
-    c.note = worst_note(largest, contour[*worst].position_mm);
-    if (const auto note = offset_error_note(contour[*worst].offset_error_mm, Unit::mm); !note.empty())
-        c.note += "; " + note;
-    if (const auto share = static_cast<double>(points - judged) / static_cast<double>(points); share > shown_share)
-        c.note += "; " + core::fixed(100.0 * share, 1) + " % of it " + not_reached;
-    const auto [accept, reject] = guards.of_width();
-    c.guard_accept = accept;
-    c.guard_reject = reject;
-    decide(c, options.rule);
-    return c;
-}
-
-std::string radius_method_of(fitting::EdgeModel model) {
-    using fitting::EdgeModel;
-    const char* name = model == EdgeModel::ellipse      ? "ellipse"
-                       : model == EdgeModel::parabola   ? "parabola"
-                       : model == EdgeModel::double_arc ? "double arc"
-                                                        : nullptr;
-    if (name == nullptr) return radius_method;
-    return std::string("radius of curvature at the nose of the orthogonal-distance ") + name;
-}
-
-/// The numbers of the edge's model, as far as they say more than the radius.
-std::string model_note(const fitting::EdgeFit& edge) {
-    std::string note;
-    if (edge.parameters.size() < 2) return note;
-    for (const auto& parameter : edge.parameters) {
-        const auto unit = parameter.name.rfind('_');
-        std::string words(parameter.name.substr(0, unit));
-        std::replace(words.begin(), words.end(), '_', ' ');
-        const bool angle = parameter.name.substr(unit) == "_rad";
-        note += "; " + words + " " +
-                (angle ? core::fixed(core::deg_from_rad(parameter.value), 2) + " deg"
-                       : core::fixed(parameter.value, 4) + " mm");
-    }
-    return note;
-}
-
-Characteristic edge_radius(const char* name, const fitting::EdgeFit& edge, std::optional<fitting::EdgeModel> asked,
-                           double error) {
-    const std::string method = radius_method_of(edge.model);
-    if (!edge.valid) return not_evaluable(name, method, {}, edge.why.empty() ? "no circular edge" : edge.why);
-    if (asked && edge.model != *asked)
-        return not_evaluable(name, method, {},
-                             "the points do not tell the form that was asked for; they give " +
-                                 core::fixed(edge.radius_mm, 4) + " mm by another");
-    return reported(name, method, edge.radius_mm, edge.radius_u95_mm + error,
-                    "arc of " + core::fixed(core::deg_from_rad(edge.arc_angle_rad), 0) + " deg, rms " +
-                        core::length_text(edge.rms_mm) + model_note(edge));
-}
-
-const ContourPoint& nearest_to(const std::vector<ContourPoint>& contour, const Vector2d& point) {
-    const auto nearer = [&](const ContourPoint& a, const ContourPoint& b) {
-        return (a.position_mm - point).squaredNorm() < (b.position_mm - point).squaredNorm();
-    };
-    return *std::min_element(contour.begin(), contour.end(), nearer);
-}
-
-/// The uncertainties of a size between two surfaces: noise in quadrature, offset errors added, as both have one sign.
-double size_u95(const ContourPoint& a, const ContourPoint& b) {
-    return std::hypot(a.u95_mm - a.offset_error_mm, b.u95_mm - b.offset_error_mm) + a.offset_error_mm +
-           b.offset_error_mm;
-}
-
-/// The chord and the thickness without a camber line: as the edges and the contour's points say, with bounds of their
-/// uncertainties.
-Characteristic plain_chord(const fitting::SectionFit& fit, const std::string& why) {
-    const auto& le = nearest_to(fit.contour, fit.le_point_mm);
-    const auto& te = nearest_to(fit.contour, fit.te_point_mm);
-    auto c = reported("chord", "NOSETAIL: between the points where the edges halve the turn of the sides", fit.chord_mm,
-                      size_u95(le, te), offset_error_note(le.offset_error_mm + te.offset_error_mm, Unit::mm));
-    c.note += (c.note.empty() ? "" : "; ") + why;
-    return c;
-}
-
-Characteristic plain_thickness(const fitting::SectionFit& fit, const std::string& why) {
-    const auto& worst = *std::max_element(fit.contour.begin(), fit.contour.end(), [](const auto& a, const auto& b) {
-        const auto of_side = [](const ContourPoint& p) {
-            return p.zone == Zone::suction || p.zone == Zone::pressure ? p.u95_mm : -1.0;
-        };
-        return of_side(a) < of_side(b);
-    });
-    auto c = reported("max_thickness", thickness_method, fit.max_thickness_mm, size_u95(worst, worst),
-                      offset_error_note(2.0 * worst.offset_error_mm, Unit::mm));
-    c.note += (c.note.empty() ? "" : "; ") + why;
-    return c;
-}
-
-Characteristic size_of(const char* name, const fitting::Measure& measure, const fitting::MeasuredSection& measured) {
-    const auto uncertainty = measured.uncertainty(measure);
-    return reported(name, std::string(measure.method), measure.value, uncertainty.u95,
-                    offset_error_note(uncertainty.offset_error, Unit::mm));
-}
-
-void add_sizes(SectionResult& section, fitting::MeasuredSection& measured, const EvaluationOptions& options) {
-    const auto& fit = *section.fit;
-    auto& out = section.characteristics;
-    out.push_back(
-        edge_radius("le_radius", fit.le, options.le_model, nearest_to(fit.contour, fit.le_point_mm).offset_error_mm));
-    out.push_back(
-        edge_radius("te_radius", fit.te, options.te_model, nearest_to(fit.contour, fit.te_point_mm).offset_error_mm));
-    const auto chord = fitting::measure_chord(measured, fitting::ChordMethod::nose_tail);
-    out.push_back(chord ? size_of("chord", *chord, measured) : plain_chord(fit, chord.error().message));
-    const auto thickness = fitting::measure_max_thickness(measured);
-    out.push_back(thickness ? size_of("max_thickness", *thickness, measured)
-                            : plain_thickness(fit, thickness.error().message));
-}
 
 /// The profiles after the best fit: the contour is carried into the frame of the nominal, once for all zones.
 class FormProfiles {
@@ -329,19 +99,13 @@ void add_asked_not_evaluable(SectionResult& section, const EvaluationOptions& op
 }
 
 void add_profiles_not_evaluable(SectionResult& section, const EvaluationOptions& options, const std::string& why) {
-    for (const auto& zone : profile_zones) {
-        const auto method = profile_method_of(options.filters.at(zone.zone), frame_words(options.alignment));
-        section.characteristics.push_back(not_evaluable(zone.name, method, limit_of(zone, options), why));
-    }
+    for (const auto& zone : profile_zones)
+        section.characteristics.push_back(profile_not_evaluable(zone, options, why));
 }
 
 void add_nothing_evaluable(SectionResult& section, bool with_profiles, const EvaluationOptions& options) {
-    auto& out = section.characteristics;
     if (with_profiles) add_profiles_not_evaluable(section, options, section.why);
-    out.push_back(not_evaluable("le_radius", radius_method, {}, section.why));
-    out.push_back(not_evaluable("te_radius", radius_method, {}, section.why));
-    out.push_back(not_evaluable("chord", chord_method, {}, section.why));
-    out.push_back(not_evaluable("max_thickness", thickness_method, {}, section.why));
+    add_sizes_not_evaluable(section);
     add_asked_not_evaluable(section, options);
 }
 
@@ -452,22 +216,6 @@ void leave_open(SectionResult& section, const ReferenceContour& nominal, const f
 }
 
 }  // namespace
-
-std::string offset_error_note(double error, Unit unit) {
-    if (!(error > 0.0)) return {};
-    const std::string size = unit == Unit::mm ? core::length_text(error) : worded(error, unit);
-    return "U95 includes " + size + " of 2-D offset error";
-}
-
-void decide(Characteristic& c, const DecisionRule& rule) {
-    if (!c.has_limits() || !c.value || !c.u95) return;
-    if (!c.guard_accept || !c.guard_reject) {
-        const auto [accept, reject] = rule.guards(*c.u95);
-        c.guard_accept = accept;
-        c.guard_reject = reject;
-    }
-    c.decision = rule.decide(*c.value, {*c.guard_accept, *c.guard_reject}, c.lower, c.upper);
-}
 
 SectionResult evaluate_section(SectionResult section, core::Result<fitting::SectionFit> fit,
                                const ReferenceContour* nominal, const EvaluationOptions& options,

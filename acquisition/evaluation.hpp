@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/characteristic.hpp"
 #include "acquisition/characteristic_spec.hpp"
 #include "acquisition/decision_rule.hpp"
 #include "acquisition/reference_contour.hpp"
@@ -28,13 +29,6 @@ struct EvaluationOptions {
     DecisionRule rule;
     AlignmentSpec alignment;
 };
-
-/// Holds value and limits against each other by the rule; the guard bands are those of the characteristic, or of its
-/// u95 where it has none yet. Without limits or without a value nothing changes.
-void decide(Characteristic& characteristic, const DecisionRule& rule);
-
-/// "U95 includes 3 um of 2-D offset error"; empty where there is none.
-std::string offset_error_note(double error, Unit unit);
 
 /// Judges a section. `section` brings index, name, z and points; the fit's verdicts are copied to the points. A failed
 /// or open fit leaves every characteristic not evaluable. Without a nominal (nullptr) there are no profile

@@ -101,6 +101,7 @@ class ScanJob {
     Step home();
     Step qualify();
     boost::asio::awaitable<core::Result<bool>> approach();
+    Step begin_path(JournalPath path, std::size_t points);
     Step scan();
     Step scan_planned(drivers::ScanPath path);
     Step scan_unknown(drivers::ScanPath path);

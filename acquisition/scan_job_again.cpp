@@ -7,11 +7,9 @@
 #include <utility>
 
 #include "acquisition/event_payload.hpp"
-#include "acquisition/json_text.hpp"
 #include "acquisition/measure_again.hpp"
 #include "acquisition/scan_job.hpp"
 #include "core/text.hpp"
-#include "drivers/until_durable.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -86,16 +84,7 @@ ScanJob::Step ScanJob::scan_again() {
     entry.section = section_;
     entry.first_index = static_cast<std::uint32_t>(again_.measured[section_].size());
     entry.pass = again_.pass;
-    if (auto status = journal_->begin_path(entry); !status) co_return status;
-    if (auto status = co_await drivers::until_durable(*journal_); !status) co_return status;
-    events_.emit(EventKind::path_started, 0.0,
-                 JsonFields()
-                     .add("section", section_)
-                     .add("path", path.id)
-                     .add("z_mm", setups_[section_].z_mm, 4)
-                     .add("points", left.size())
-                     .add("pass", static_cast<std::size_t>(again_.pass))
-                     .text());
+    if (auto status = co_await begin_path(entry, left.size()); !status) co_return status;
     progress("section " + std::to_string(section_) + " again, pass " + std::to_string(again_.pass));
     left_over_.reset();
     auto live = std::make_unique<LiveSection>(setups_[section_], capabilities_.lsb_mm, core::PartFromMachine(), 0);

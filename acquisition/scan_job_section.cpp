@@ -110,6 +110,17 @@ std::unique_ptr<LiveSection> ScanJob::new_section(std::size_t index) const {
     return live;
 }
 
+/// Written down for good before the machine goes: whose points these will be.
+ScanJob::Step ScanJob::begin_path(JournalPath path, std::size_t points) {
+    if (auto status = journal_->begin_path(path); !status) co_return status;
+    if (auto status = co_await drivers::until_durable(*journal_); !status) co_return status;
+    JsonFields fields;
+    fields.add("section", section_).add("path", path.path).add("z_mm", setups_[section_].z_mm, 4).add("points", points);
+    if (path.pass > 0) fields.add("pass", static_cast<std::size_t>(path.pass));
+    events_.emit(EventKind::path_started, 0.0, fields.text());
+    co_return core::Status{};
+}
+
 ScanJob::Step ScanJob::scan() {
     if (!again_.paths.empty()) co_return co_await scan_again();
     const auto path = next_path();
@@ -118,15 +129,7 @@ ScanJob::Step ScanJob::scan() {
     entry.path = path.id;
     entry.section = section_;
     entry.first_index = static_cast<std::uint32_t>(restored_[section_].size());
-    if (auto status = journal_->begin_path(entry); !status) co_return status;
-    if (auto status = co_await drivers::until_durable(*journal_); !status) co_return status;
-    events_.emit(EventKind::path_started, 0.0,
-                 JsonFields()
-                     .add("section", section_)
-                     .add("path", path.id)
-                     .add("z_mm", setups_[section_].z_mm, 4)
-                     .add("points", expected_points(section_))
-                     .text());
+    if (auto status = co_await begin_path(entry, expected_points(section_)); !status) co_return status;
     progress(section_text(section_, setups_[section_].z_mm));
     left_over_.reset();
     const bool unknown = plan_.paths[section_].points.empty();

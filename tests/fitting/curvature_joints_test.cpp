@@ -151,11 +151,11 @@ Error slot_error(double sigma_mm, int scans) {
 
 TEST(CurvatureJoints, LetTheCurveFollowArcsAndLines) {
     const Error exact = slot_error(0.0, 4);
-    EXPECT_LT(exact.rms_um, 0.04) << "0.058 without joints";
-    EXPECT_LT(exact.largest_um, 0.6) << "1.39";
+    EXPECT_LT(exact.rms_um, 0.02) << "0.058 without joints";
+    EXPECT_LT(exact.largest_um, 0.3) << "1.39";
     const Error noisy = slot_error(1e-3, 12);
-    EXPECT_LT(noisy.rms_um, 0.35);
-    EXPECT_LT(noisy.largest_um, 2.0);
+    EXPECT_LT(noisy.rms_um, 0.3);
+    EXPECT_LT(noisy.largest_um, 1.5);
 }
 
 }  // namespace

@@ -1,0 +1,128 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "acquisition/section_sizes.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/text.hpp"
+#include "core/units.hpp"
+#include "fitting/chord.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+using Eigen::Vector2d;
+using fitting::ContourPoint;
+using fitting::Zone;
+
+constexpr const char* radius_method = "orthogonal-distance circle through the edge's points";
+constexpr const char* chord_method = "NOSETAIL: between the points where the camber line leaves the section";
+constexpr const char* thickness_method = "MAX_INSCRIBED: diameter of the largest inscribed circle";
+
+std::string radius_method_of(fitting::EdgeModel model) {
+    using fitting::EdgeModel;
+    const char* name = model == EdgeModel::ellipse      ? "ellipse"
+                       : model == EdgeModel::parabola   ? "parabola"
+                       : model == EdgeModel::double_arc ? "double arc"
+                                                        : nullptr;
+    if (name == nullptr) return radius_method;
+    return std::string("radius of curvature at the nose of the orthogonal-distance ") + name;
+}
+
+/// The numbers of the edge's model, as far as they say more than the radius.
+std::string model_note(const fitting::EdgeFit& edge) {
+    std::string note;
+    if (edge.parameters.size() < 2) return note;
+    for (const auto& parameter : edge.parameters) {
+        const auto unit = parameter.name.rfind('_');
+        std::string words(parameter.name.substr(0, unit));
+        std::replace(words.begin(), words.end(), '_', ' ');
+        const bool angle = parameter.name.substr(unit) == "_rad";
+        note += "; " + words + " " +
+                (angle ? core::fixed(core::deg_from_rad(parameter.value), 2) + " deg"
+                       : core::fixed(parameter.value, 4) + " mm");
+    }
+    return note;
+}
+
+Characteristic edge_radius(const char* name, const fitting::EdgeFit& edge, std::optional<fitting::EdgeModel> asked,
+                           double error) {
+    const std::string method = radius_method_of(edge.model);
+    if (!edge.valid) return not_evaluable(name, method, {}, edge.why.empty() ? "no circular edge" : edge.why);
+    if (asked && edge.model != *asked)
+        return not_evaluable(name, method, {},
+                             "the points do not tell the form that was asked for; they give " +
+                                 core::fixed(edge.radius_mm, 4) + " mm by another");
+    return reported(name, method, edge.radius_mm, edge.radius_u95_mm + error,
+                    "arc of " + core::fixed(core::deg_from_rad(edge.arc_angle_rad), 0) + " deg, rms " +
+                        core::length_text(edge.rms_mm) + model_note(edge));
+}
+
+const ContourPoint& nearest_to(const std::vector<ContourPoint>& contour, const Vector2d& point) {
+    const auto nearer = [&](const ContourPoint& a, const ContourPoint& b) {
+        return (a.position_mm - point).squaredNorm() < (b.position_mm - point).squaredNorm();
+    };
+    return *std::min_element(contour.begin(), contour.end(), nearer);
+}
+
+/// The uncertainties of a size between two surfaces: noise in quadrature, offset errors added, as both have one sign.
+double size_u95(const ContourPoint& a, const ContourPoint& b) {
+    return std::hypot(a.u95_mm - a.offset_error_mm, b.u95_mm - b.offset_error_mm) + a.offset_error_mm +
+           b.offset_error_mm;
+}
+
+/// The chord and the thickness without a camber line: as the edges and the contour's points say, with bounds of their
+/// uncertainties.
+Characteristic plain_chord(const fitting::SectionFit& fit, const std::string& why) {
+    const auto& le = nearest_to(fit.contour, fit.le_point_mm);
+    const auto& te = nearest_to(fit.contour, fit.te_point_mm);
+    auto c = reported("chord", "NOSETAIL: between the points where the edges halve the turn of the sides", fit.chord_mm,
+                      size_u95(le, te), offset_error_note(le.offset_error_mm + te.offset_error_mm, Unit::mm));
+    c.note += (c.note.empty() ? "" : "; ") + why;
+    return c;
+}
+
+Characteristic plain_thickness(const fitting::SectionFit& fit, const std::string& why) {
+    const auto& worst = *std::max_element(fit.contour.begin(), fit.contour.end(), [](const auto& a, const auto& b) {
+        const auto of_side = [](const ContourPoint& p) {
+            return p.zone == Zone::suction || p.zone == Zone::pressure ? p.u95_mm : -1.0;
+        };
+        return of_side(a) < of_side(b);
+    });
+    auto c = reported("max_thickness", thickness_method, fit.max_thickness_mm, size_u95(worst, worst),
+                      offset_error_note(2.0 * worst.offset_error_mm, Unit::mm));
+    c.note += (c.note.empty() ? "" : "; ") + why;
+    return c;
+}
+
+Characteristic size_of(const char* name, const fitting::Measure& measure, const fitting::MeasuredSection& measured) {
+    const auto uncertainty = measured.uncertainty(measure);
+    return reported(name, std::string(measure.method), measure.value, uncertainty.u95,
+                    offset_error_note(uncertainty.offset_error, Unit::mm));
+}
+
+}  // namespace
+
+void add_sizes(SectionResult& section, fitting::MeasuredSection& measured, const EvaluationOptions& options) {
+    const auto& fit = *section.fit;
+    auto& out = section.characteristics;
+    out.push_back(
+        edge_radius("le_radius", fit.le, options.le_model, nearest_to(fit.contour, fit.le_point_mm).offset_error_mm));
+    out.push_back(
+        edge_radius("te_radius", fit.te, options.te_model, nearest_to(fit.contour, fit.te_point_mm).offset_error_mm));
+    const auto chord = fitting::measure_chord(measured, fitting::ChordMethod::nose_tail);
+    out.push_back(chord ? size_of("chord", *chord, measured) : plain_chord(fit, chord.error().message));
+    const auto thickness = fitting::measure_max_thickness(measured);
+    out.push_back(thickness ? size_of("max_thickness", *thickness, measured)
+                            : plain_thickness(fit, thickness.error().message));
+}
+
+void add_sizes_not_evaluable(SectionResult& section) {
+    for (const auto& [name, method] : {std::pair{"le_radius", radius_method},
+                                       {"te_radius", radius_method},
+                                       {"chord", chord_method},
+                                       {"max_thickness", thickness_method}})
+        section.characteristics.push_back(not_evaluable(name, method, {}, section.why));
+}
+
+}  // namespace cmm::acquisition

@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/smoothing_joints.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "fitting/curvature_joints.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+constexpr int joint_tunings = 3, last_tunings = 2;
+constexpr int most_shifts = 4;       // of the joints
+constexpr double knot_share = 0.02;  // of a span: how near the knots of a joint are
+constexpr double place_grid_mm = 1e-3;
+constexpr double least_joint_speed = 0.3, most_joint_turn_rad = 0.2;
+constexpr double most_curve_variance = 16.0;   // at a joint, over that of a point
+constexpr double most_control_variance = 4.0;  // over the largest of the curve without joints
+constexpr double lasting_step_share = 0.2;     // of the ramp's
+constexpr double stray_sigmas = 2.0;           // of a joint's shift: the step of the curvature times its square
+
+/// A joint's place is known to some hundredths of a millimetre: what rounding does to it must not move the curve.
+double on_grid(double t) {
+    return std::round(t / place_grid_mm) * place_grid_mm;
+}
+
+double largest_variance_mm2(const SmoothingSystem& system) {
+    double largest = 0.0;
+    for (std::size_t k = 0; k < system.spans(); ++k)
+        largest = std::max(largest, system.control_variance(k));
+    return system.sigma_mm() * system.sigma_mm() * largest;
+}
+
+/// One try with given joints.
+class Placement {
+  public:
+    Placement(SmoothingSystem& system, std::vector<CurvatureJoint> joints, double most_variance_mm2)
+        : system_(system), joints_(std::move(joints)), most_variance_mm2_(most_variance_mm2) {
+        refuted_.assign(joints_.size(), 0);
+    }
+
+    /// False when the points refute a joint, or do not determine the system.
+    bool run() {
+        std::vector<Roughness::Run> ramps;  // the roughness of a ramp is no roughness of the curve
+        for (const CurvatureJoint& joint : joints_)
+            ramps.push_back({joint.first_span - 1, joint.last_span});
+        if (!open(system_.breaks(), ramps)) return false;
+        for (int shift = 0;; ++shift) {
+            if (!system_.refine(joint_tunings) || !stand()) return false;
+            if (shift == most_shifts || (shift > 0 && !strayed_)) break;
+            if (!shift_all()) return false;
+        }
+        system_.measure();
+        return are_told();
+    }
+
+    const std::vector<CurvatureJoint>& joints() const { return joints_; }
+    const std::vector<char>& refuted() const { return refuted_; }
+
+  private:
+    bool open(const std::vector<double>& plain, const std::vector<Roughness::Run>& ramps) {
+        std::vector<double> places;
+        for (const CurvatureJoint& joint : joints_)
+            places.push_back(joint.t);
+        if (!system_.change_breaks(breaks_with_joints(plain, places, 3, knot_share, knots_), ramps)) return false;
+        for (std::size_t j = 0; j < joints_.size(); ++j) {
+            const CurvatureJoint& joint = joints_[j];
+            const auto& [first, apart] = knots_[j];
+            // A joint elsewhere by d turns the tangent by step d: the change of slope at the middle knot is
+            // 2 step d / apart^2.
+            const double turn = 2.0 * joint.step * 0.5 * joint.width_mm / (apart * apart * std::sqrt(apart));
+            system_.roughness().hold(first - 1, std::numeric_limits<double>::infinity());
+            system_.roughness().hold(first, turn * turn);
+            system_.roughness().hold(first + 1, std::numeric_limits<double>::infinity());
+        }
+        return true;
+    }
+
+    bool none_refuted() const {
+        return std::none_of(refuted_.begin(), refuted_.end(), [](char refuted) { return refuted != 0; });
+    }
+
+    bool stand() {
+        for (std::size_t j = 0; j < joints_.size(); ++j)
+            if (turns_back(j) || !lasts(j)) refuted_[j] = 1;
+        return none_refuted();
+    }
+
+    bool are_told() {
+        for (std::size_t j = 0; j < joints_.size(); ++j)
+            if (!is_known(j)) refuted_[j] = 1;
+        refute_where_uncertain();
+        return none_refuted();
+    }
+
+    /// Between its knots a curve has no room to turn; where it does all the same, a bad point has it on a leash.
+    bool turns_back(std::size_t j) const {
+        const Vec2 before = system_.curve().jet(system_.breaks()[knots_[j].first]).d1;
+        const Vec2 behind = system_.curve().jet(system_.breaks()[knots_[j].first + 2]).d1;
+        const double slower = std::min(before.norm(), behind.norm());
+        return !(slower > least_joint_speed) || !(std::abs(turn_angle(before, behind)) < most_joint_turn_rad);
+    }
+
+    /// Whether the points tell the curve there.
+    bool is_known(std::size_t j) const {
+        return system_.variance(knots_[j].first, system_.basis(knots_[j].first).at(1.0)) < most_curve_variance;
+    }
+
+    /// One whose step has hardly anything of the ramp that it was made from is none.
+    bool lasts(std::size_t j) const {
+        const double ramp = joints_[j].ramp_step;
+        return step_at(j) * ramp >= lasting_step_share * ramp * ramp;
+    }
+
+    double step_at(std::size_t j) const {
+        const double t = joints_[j].t, apart = knots_[j].apart;
+        return system_.curve().jet(t + apart).curvature() - system_.curve().jet(t - apart).curvature();
+    }
+
+    /// Joints that make the curve much less certain than it was without them, wherever that is.
+    void refute_where_uncertain() {
+        const double most = most_variance_mm2_ / (system_.sigma_mm() * system_.sigma_mm());
+        for (std::size_t k = 0; k < system_.spans(); ++k)
+            if (!(system_.control_variance(k) <= most)) refuted_[nearest(k)] = 1;
+    }
+
+    /// The joint that is nearest to a control.
+    std::size_t nearest(std::size_t control) const {
+        const auto away = [&](std::size_t j) {
+            const std::size_t middle = knots_[j].first + 2, n = system_.spans();  // controls weigh the knots before
+            const std::size_t apart = control > middle ? control - middle : middle - control;
+            return std::min(apart, n - apart);
+        };
+        std::size_t best = 0;
+        for (std::size_t j = 1; j < joints_.size(); ++j)
+            if (away(j) < away(best)) best = j;
+        return best;
+    }
+
+    /// Each joint goes to where the tangents of both sides agree.
+    bool shift_all() {
+        std::vector<double> plain;
+        std::size_t next = 0;
+        strayed_ = false;
+        const std::vector<double>& breaks = system_.breaks();
+        for (std::size_t j = 0; j < joints_.size(); ++j) {
+            CurvatureJoint& joint = joints_[j];
+            const auto& [first, apart] = knots_[j];
+            plain.insert(plain.end(), breaks.begin() + static_cast<std::ptrdiff_t>(next),
+                         breaks.begin() + static_cast<std::ptrdiff_t>(first));
+            next = first + 3;
+            const double before = system_.curve().jet(joint.t - apart).curvature();
+            const double behind = system_.curve().jet(joint.t + apart).curvature();
+            const double turn = apart * (system_.curve().jet(joint.t).curvature() - 0.5 * (before + behind));
+            const double most = 0.5 * joint.width_mm, last = joint.t;
+            joint.step = behind - before;
+            joint.t = on_grid(std::clamp(last - std::clamp(turn / joint.step, -most, most), joint.from_t, joint.to_t));
+            const double shift = joint.t - last;
+            if (std::abs(joint.step) * shift * shift > stray_sigmas * system_.sigma_mm()) strayed_ = true;
+        }
+        plain.insert(plain.end(), breaks.begin() + static_cast<std::ptrdiff_t>(next), breaks.end());
+        return open(plain, {});
+    }
+
+    SmoothingSystem& system_;
+    std::vector<CurvatureJoint> joints_;
+    std::vector<char> refuted_;
+    std::vector<KnotCluster> knots_;
+    double most_variance_mm2_;
+    bool strayed_ = false;  // in the latest shift, so far that another one follows
+};
+
+}  // namespace
+
+core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system) {
+    system.measure_jumps();
+    auto joints = find_curvature_joints(system.breaks(), system.slopes(), system.lengths_mm(), system.sigma_mm());
+    for (CurvatureJoint& joint : joints)
+        joint.t = on_grid(joint.t);
+    const SmoothingSystem plain = joints.empty() ? SmoothingSystem() : system;
+    const double most_variance_mm2 = most_control_variance * largest_variance_mm2(system);
+    while (!joints.empty()) {
+        Placement placement(system, joints, most_variance_mm2);
+        if (placement.run()) {
+            std::vector<CurvatureStep> steps;
+            for (const CurvatureJoint& joint : placement.joints())
+                steps.push_back({joint.t, joint.step});
+            return steps;
+        }
+        system = plain;
+        std::vector<CurvatureJoint> left;
+        for (std::size_t j = 0; j < joints.size(); ++j)
+            if (placement.refuted()[j] == 0) left.push_back(joints[j]);
+        if (left.size() == joints.size()) left.clear();  // singular
+        joints = std::move(left);
+    }
+    system.measure();
+    if (auto status = system.refine(last_tunings); !status) return tl::unexpected(status.error());
+    system.measure();
+    return std::vector<CurvatureStep>{};
+}
+
+}  // namespace cmm::fitting

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/error.hpp"
+#include "fitting/band_solver.hpp"
+#include "fitting/least_squares.hpp"
+#include "fitting/roughness.hpp"
+#include "fitting/smoothing.hpp"
+#include "fitting/spline.hpp"
+
+namespace cmm::fitting {
+
+/// A closed cubic spline, the points that it smooths, and the linear system for its next step: how the offsets of the
+/// points and the jumps of the curvature's slope at the knots answer to a normal displacement of its controls
+/// (docs/theory.md, section 3). Value type: a copy is a state to come back to. Knot k is break k + 1; control k + a,
+/// round the end, weighs function a of span k.
+class SmoothingSystem {
+  public:
+    SmoothingSystem() = default;
+    /// Points in order; `sigma_mm` is a first estimate of their noise along the normal.
+    SmoothingSystem(std::vector<Vec2> points, double sigma_mm);
+
+    /// The curve becomes the least-squares spline of the points at parameters `t`, hardly smoothed, and all roughness
+    /// starts anew. Errors: fit_not_evaluable.
+    core::Status start(std::vector<double> breaks, std::span<const double> t);
+    /// The same curve on other breaks (that have the old ones in them, or hardly differ), measured; each knot takes the
+    /// roughness of the nearest old one, those in `calm` (old knots) as `Roughness::carry_over` says.
+    core::Status change_breaks(std::vector<double> breaks, const std::vector<Roughness::Run>& calm);
+
+    /// So many solutions, each with the noise and the roughness that the one before tells; then the curve moves.
+    /// Errors: fit_not_evaluable (singular).
+    core::Status refine(int count);
+    /// Feet and offsets of the points, and the jumps, of the present curve: before the next `refine`.
+    void measure();
+    /// The second half of it: `slopes`, `lengths_mm`.
+    void measure_jumps();
+
+    std::size_t spans() const { return spans_; }
+    const std::vector<double>& breaks() const { return breaks_; }
+    const PiecewiseCubic& curve() const { return curve_; }
+    Roughness& roughness() { return roughness_; }
+    double sigma_mm() const { return sigma_; }
+    double freedom() const { return freedom_; }                        ///< effective number of parameters
+    const std::vector<double>& slopes() const { return slope_; }       ///< of the curvature by length, a span, 1/mm^2
+    const std::vector<double>& lengths_mm() const { return length_; }  ///< of the spans
+    const std::vector<double>& parameters() const { return t_; }       ///< of the points' feet
+    const std::vector<double>& residuals() const { return residual_; }
+    /// By the latest solution: variances over sigma_mm^2 of a control across the curve, of the curve in a span where
+    /// its functions have these values, and of the curve at a point's foot by its own noise.
+    double control_variance(std::size_t control) const { return inverse_[wrapped(control)][0]; }
+    double variance(std::size_t span, const std::array<double, 4>& values) const;
+    double leverage(std::size_t point) const;
+    const CubicBasis& basis(std::size_t span) const { return least_squares_.basis(span); }
+
+    /// The uncertainty of a curve so many times as rough. The system itself is used up.
+    CurveNoise noise(double times) &&;
+
+  private:
+    using Four = std::array<double, 4>;
+    using Five = std::array<double, 5>;
+
+    std::size_t wrapped(std::size_t control) const { return control < spans_ ? control : control - spans_; }
+    double width(std::size_t span) const { return breaks_[span + 1] - breaks_[span]; }
+    void measure_points();
+    void sum_points();
+    bool solve(double times = 1.0);
+    void tune();
+    void move();
+    void set_curve();
+
+    std::vector<Vec2> points_;
+    std::vector<double> t_, residual_;
+    std::vector<std::uint32_t> span_;
+    std::vector<Four> basis_;
+    double sigma_ = 0.0, freedom_ = 0.0;
+
+    std::size_t spans_ = 0;
+    std::vector<double> breaks_;
+    LeastSquaresSpline least_squares_;
+    std::vector<Vec2> controls_;
+    PiecewiseCubic curve_;
+    std::vector<double> length_, slope_, jump_;  // of the curvature by length: per span, and scaled jump per knot
+    std::vector<Four> slope_row_;
+    std::vector<Five> jump_row_;
+    std::vector<std::array<Four, 4>> gram_;
+    std::vector<Four> moment_;
+    double residual_squares_ = 0.0;
+    BandSolver<4> normal_;
+    std::vector<BandSolver<4>::Row> inverse_;
+    std::vector<double> displacement_, moved_, uncertain_;
+    Roughness roughness_;
+};
+
+/// Finer noise is not resolved.
+inline constexpr double least_sigma_mm = 2e-5;
+
+}  // namespace cmm::fitting
