@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "fitting/measured_section.hpp"
-#include "fitting/min_max_datum.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -69,7 +68,6 @@ core::Result<std::vector<SectionAlignment>> align_blade(std::span<const AlignedM
     if (!fit) return tl::unexpected(fit.error());
     std::vector<SectionAlignment> out;
     for (auto& datum : fitting::datums_of(*fit, measured)) {
-        if (spec.objective != fitting::FitObjective::least_squares) fitting::widen_for_min_max(datum);
         Alignment alignment = described_alignment(spec, *fit, datum, members.size());
         out.push_back({std::move(alignment), std::move(datum)});
     }

@@ -34,8 +34,7 @@ TEST(CharacteristicCoverage, IntervalsOfOneMicrometreHoldTheTruth) {
         ASSERT_GT(tally.trials, 10U) << name;
         EXPECT_GT(tally.share(), 0.95 - 4.0 * std::sqrt(0.95 * 0.05 / n)) << name;
         // Nor are they wide for safety: the errors fill their standard uncertainties.
-        // Min-max rests on single places and is widened to hold the truth at 1 um and more.
-        EXPECT_GT(std::sqrt(tally.squares / n), name.starts_with("min-max") ? 0.35 : 0.6) << name;
+        EXPECT_GT(std::sqrt(tally.squares / n), 0.6) << name;
     }
 }
 

@@ -11,7 +11,6 @@
 #include "fitting/best_fit.hpp"
 #include "fitting/chord.hpp"
 #include "fitting/datum.hpp"
-#include "fitting/min_max_datum.hpp"
 #include "fitting/thickness_measures.hpp"
 #include "fitting/throat.hpp"
 #include "support/section_truth.hpp"
@@ -131,8 +130,7 @@ void judge(const families::Blade& blade, const ClosedCurve& nominal, const Truth
     min_max.objective = FitObjective::min_max;
     if (const auto moved = fit_to_nominal(section.contour(), nominal, min_max)) {
         const MeasuredSection* const only = &section;
-        Datum datum = datums_of(*moved, {&only, 1}).front();
-        widen_for_min_max(datum);
+        const Datum datum = datums_of(*moved, {&only, 1}).front();
         const auto one = [&](const std::string& name, double value, Eigen::Index k) {
             const double standard = std::sqrt(datum.covariance(k, k));
             count(tallies[name], value, standard, 2.0 * standard);
