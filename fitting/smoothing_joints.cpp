@@ -18,7 +18,7 @@ constexpr double least_joint_speed = 0.3, most_joint_turn_rad = 0.2;
 constexpr double most_curve_variance = 16.0;   // at a joint, over that of a point
 constexpr double most_control_variance = 4.0;  // over the largest of the curve without joints
 constexpr double lasting_step_share = 0.2;     // of the ramp's
-constexpr double stray_sigmas = 2.0;           // of a joint's shift: the step of the curvature times its square
+constexpr double far_shift_sigmas = 2.0;       // of a joint's shift: the step of the curvature times its square
 
 /// A joint's place is known to some hundredths of a millimetre: what rounding does to it must not move the curve.
 double on_grid(double t) {
@@ -157,7 +157,7 @@ class Placement {
             joint.step = behind - before;
             joint.t = on_grid(std::clamp(last - std::clamp(turn / joint.step, -most, most), joint.from_t, joint.to_t));
             const double shift = joint.t - last;
-            if (std::abs(joint.step) * shift * shift > stray_sigmas * system_.sigma_mm()) strayed_ = true;
+            if (std::abs(joint.step) * shift * shift > far_shift_sigmas * system_.sigma_mm()) strayed_ = true;
         }
         plain.insert(plain.end(), breaks.begin() + static_cast<std::ptrdiff_t>(next), breaks.end());
         return open(plain, {});
