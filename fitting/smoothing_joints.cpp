@@ -178,7 +178,7 @@ core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system) {
     auto joints = find_curvature_joints(system.breaks(), system.slopes(), system.lengths_mm(), system.sigma_mm());
     for (CurvatureJoint& joint : joints)
         joint.t = on_grid(joint.t);
-    const SmoothingSystem plain = joints.empty() ? SmoothingSystem() : system;
+    const auto plain = joints.empty() ? SmoothingSystem::State() : system.state();
     const double most_variance_mm2 = most_control_variance * largest_variance_mm2(system);
     while (!joints.empty()) {
         Placement placement(system, joints, most_variance_mm2);
@@ -188,7 +188,7 @@ core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system) {
                 steps.push_back({joint.t, joint.step});
             return steps;
         }
-        system = plain;
+        if (auto status = system.restore(plain); !status) return tl::unexpected(status.error());
         std::vector<CurvatureJoint> left;
         for (std::size_t j = 0; j < joints.size(); ++j)
             if (placement.refuted()[j] == 0) left.push_back(joints[j]);

@@ -82,6 +82,18 @@ core::Status SmoothingSystem::change_breaks(std::vector<double> breaks, const st
     return {};
 }
 
+core::Status SmoothingSystem::restore(const State& state) {
+    breaks_ = state.breaks;
+    t_ = state.t;
+    controls_ = state.controls;
+    roughness_ = state.roughness;
+    sigma_ = state.sigma_mm;
+    if (auto status = least_squares_.set_knots(breaks_, true); !status) return status;
+    spans_ = least_squares_.spans();
+    set_curve();
+    return {};
+}
+
 core::Status SmoothingSystem::refine(int count) {
     for (int tuning = 0; tuning < count; ++tuning) {
         if (!solve()) return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: singular system");

@@ -18,8 +18,7 @@ namespace cmm::fitting {
 
 /// A closed cubic spline, the points that it smooths, and the linear system for its next step: how the offsets of the
 /// points and the jumps of the curvature's slope at the knots answer to a normal displacement of its controls
-/// (docs/theory.md, section 3). Value type: a copy is a state to come back to. Knot k is break k + 1; control k + a,
-/// round the end, weighs function a of span k.
+/// (docs/theory.md, section 3). Knot k is break k + 1; control k + a, round the end, weighs function a of span k.
 class SmoothingSystem {
   public:
     SmoothingSystem() = default;
@@ -40,6 +39,16 @@ class SmoothingSystem {
     void measure();
     /// The second half of it: `slopes`, `lengths_mm`.
     void measure_jumps();
+
+    /// What the next `measure` starts from, to come back to it.
+    struct State {
+        std::vector<double> breaks, t;
+        std::vector<Vec2> controls;
+        Roughness roughness;
+        double sigma_mm = 0.0;
+    };
+    State state() const { return {breaks_, t_, controls_, roughness_, sigma_}; }
+    core::Status restore(const State& state);
 
     std::size_t spans() const { return spans_; }
     const std::vector<double>& breaks() const { return breaks_; }
