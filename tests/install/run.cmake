@@ -7,10 +7,10 @@ function(step)
 endfunction()
 file(REMOVE_RECURSE ${WORK}/prefix ${WORK}/consumer)
 # With the options of the build under test, so that a compiler cache has the objects.
-step(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/library -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release -DCMMLIVE_WERROR=${WERROR}
+step(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK} -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release -DCMMLIVE_WERROR=${WERROR}
     -DCMMLIVE_FITTING_ONLY=ON -DCMAKE_INSTALL_PREFIX=${WORK}/prefix)
-step(${CMAKE_COMMAND} --build ${WORK}/library)
-step(${CMAKE_COMMAND} --install ${WORK}/library)
+step(${CMAKE_COMMAND} --build ${WORK})
+step(${CMAKE_COMMAND} --install ${WORK})
 step(${CMAKE_COMMAND} -S ${SOURCE}/tests/install/consumer -B ${WORK}/consumer -G ${GENERATOR} -DCMAKE_BUILD_TYPE=Release
     -DCMAKE_PREFIX_PATH=${WORK}/prefix)
 step(${CMAKE_COMMAND} --build ${WORK}/consumer)
