@@ -26,6 +26,22 @@ std::optional<double> known(bool valid, double value) {
     return valid ? std::optional(value) : std::nullopt;
 }
 
+std::string with_characteristic(JsonFields& fields, const Characteristic& characteristic) {
+    return fields.add("name", characteristic.name)
+        .add("value_mm", in_mm(characteristic, characteristic.value), fine_digits)
+        .add("u95_mm", in_mm(characteristic, characteristic.u95), fine_digits)
+        .add("limit_mm", in_mm(characteristic, characteristic.upper), fine_digits)
+        .add("unit", acquisition::to_string(characteristic.unit))
+        .add("value", characteristic.value, number_digits)
+        .add("u95", characteristic.u95, number_digits)
+        .add("nominal", characteristic.nominal, number_digits)
+        .add("lower", characteristic.lower, number_digits)
+        .add("upper", characteristic.upper, number_digits)
+        .add("decision", acquisition::to_string(characteristic.decision))
+        .add("method", characteristic.method)
+        .text();
+}
+
 }  // namespace
 
 std::string batch_payload(std::size_t section, std::uint64_t first_sequence, std::size_t count) {
@@ -89,21 +105,14 @@ std::string rejected_payload(std::size_t section, const RecordedPoint& point) {
 }
 
 std::string characteristic_payload(std::size_t section, const Characteristic& characteristic) {
-    return JsonFields()
-        .add("section", section)
-        .add("name", characteristic.name)
-        .add("value_mm", in_mm(characteristic, characteristic.value), fine_digits)
-        .add("u95_mm", in_mm(characteristic, characteristic.u95), fine_digits)
-        .add("limit_mm", in_mm(characteristic, characteristic.upper), fine_digits)
-        .add("unit", acquisition::to_string(characteristic.unit))
-        .add("value", characteristic.value, number_digits)
-        .add("u95", characteristic.u95, number_digits)
-        .add("nominal", characteristic.nominal, number_digits)
-        .add("lower", characteristic.lower, number_digits)
-        .add("upper", characteristic.upper, number_digits)
-        .add("decision", acquisition::to_string(characteristic.decision))
-        .add("method", characteristic.method)
-        .text();
+    return with_characteristic(JsonFields().add("section", section), characteristic);
+}
+
+std::string characteristic_payload(const PartCharacteristic& characteristic) {
+    JsonFields fields;
+    fields.raw("section", characteristic.section ? std::to_string(*characteristic.section) : "null")
+        .add("of_part", true);
+    return with_characteristic(fields, characteristic.number);
 }
 
 std::string exceedance_payload(std::size_t section, const Exceedance& exceedance, double latency_ms) {

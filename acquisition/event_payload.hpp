@@ -18,6 +18,8 @@ std::string final_payload(const SectionResult& section, std::optional<double> la
 std::string revised_payload(const SectionResult& section);
 std::string rejected_payload(std::size_t section, const RecordedPoint& point);
 std::string characteristic_payload(std::size_t section, const Characteristic& characteristic);
+/// Of a characteristic that needs several sections: `of_part`, and section null where it is of the whole part.
+std::string characteristic_payload(const PartCharacteristic& characteristic);
 std::string exceedance_payload(std::size_t section, const Exceedance& exceedance, double latency_ms);
 /// Before the pass is driven: why, and what was known then.
 std::string again_payload(const SectionResult& section, std::size_t pass, const AgainPass& planned);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "acquisition/exports.hpp"
+#include "acquisition/listed_characteristic.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -51,15 +52,10 @@ class DfqText {
     std::string text_;
 };
 
-struct Entry {
-    const SectionResult* section;
-    const Characteristic* one;
-};
-
-void describe(DfqText& text, const Entry& entry, std::size_t number) {
-    const Characteristic& one = *entry.one;
+void describe(DfqText& text, const ListedCharacteristic& entry, std::size_t number) {
+    const Characteristic& one = *entry.number;
     text.field("K2001", std::to_string(number), number);
-    text.field("K2002", one.name + " z " + core::fixed(entry.section->z_mm, 3), number);
+    text.field("K2002", entry.name, number);
     text.field("K2004", "0", number);
     text.field("K2022", std::to_string(dfq_decimals), number);
     text.number("K2101", one.nominal, number);
@@ -75,10 +71,7 @@ void describe(DfqText& text, const Entry& entry, std::size_t number) {
 }  // namespace
 
 std::string dfq_text(const PartResult& part) {
-    std::vector<Entry> entries;
-    for (const auto& section : part.sections)
-        for (const auto& one : section.characteristics)
-            entries.push_back({&section, &one});
+    const auto entries = all_characteristics(part);
     DfqText text;
     text.field("K0100", std::to_string(entries.size()));
     text.field("K1001", part.part_name);
@@ -91,7 +84,7 @@ std::string dfq_text(const PartResult& part) {
     for (std::size_t k = 0; k < entries.size(); ++k)
         describe(text, entries[k], k + 1);
     for (std::size_t k = 0; k < entries.size(); ++k) {
-        const Characteristic& one = *entries[k].one;
+        const Characteristic& one = *entries[k].number;
         text.number("K0001", one.value, k + 1);
         text.field("K0002", one.value ? valid : invalid, k + 1);
         text.field("K0004", time_text(part.started_utc), k + 1);

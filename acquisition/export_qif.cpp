@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "acquisition/exports.hpp"
+#include "acquisition/listed_characteristic.hpp"
 #include "acquisition/svg.hpp"
 #include "core/text.hpp"
 
@@ -100,9 +101,8 @@ class QifDocument {
 
     std::string text() {
         const int standard = next_id(), rule = next_id(), component = next_id(), results = next_id();
-        for (const auto& section : part_.sections)
-            for (const auto& one : section.characteristics)
-                add(section, one, component);
+        for (const auto& listed : all_characteristics(part_))
+            add(listed.name, *listed.number, component);
         std::string body =
             element("QPId", persistent_id(part_.run_id + part_.part_serial)) + "\n" +
             element("Header", element("Application", element("Name", escape(part_.software_version)))) + "\n" +
@@ -181,12 +181,12 @@ class QifDocument {
         return id;
     }
 
-    void add(const SectionResult& section, const Characteristic& one, int component) {
+    void add(const std::string& listed_name, const Characteristic& one, int component) {
         const auto has_kind = kind_of(one);
         if (!has_kind) return;
         const auto kind = *has_kind;
         const int definition = definition_of(kind, one), nominal = next_id(), item = next_id(), measured = next_id();
-        const std::string name = element("Name", escape(one.name + " z " + core::fixed(section.z_mm, 3)));
+        const std::string name = element("Name", escape(listed_name));
         nominals_.push_back(open(kind, "Nominal", nominal) +
                             element("CharacteristicDefinitionId", std::to_string(definition)) + name +
                             (one.nominal ? element("TargetValue", core::fixed(*one.nominal, decimals)) : "") +

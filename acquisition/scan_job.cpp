@@ -65,6 +65,8 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
     outcome.result.decision_rule = request_.part.gate.rule.worded();
     outcome.result.complete = !outcome.error && outcome.result.sections.size() == plan_.paths.size();
     add_part_characteristics(request_.part.gate.characteristics, request_.part.gate.rule, outcome.result);
+    for (const auto& characteristic : outcome.result.characteristics)
+        events_.emit(EventKind::characteristic_updated, 0.0, characteristic_payload(characteristic));
     const std::string verdict(to_string(outcome.result.verdict()));
     if (journal_ && (outcome.result.complete || (!outcome.error && rejected()))) {
         auto finish = [this, verdict] { return journal_->finish_run(verdict); };

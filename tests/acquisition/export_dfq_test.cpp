@@ -72,6 +72,22 @@ TEST(Dfq, IsReadBackAsItWas) {
     EXPECT_EQ(text("K0100", 0), std::to_string(number));
 }
 
+TEST(Dfq, CharacteristicsOfThePartFollowThoseOfSections) {
+    auto part = part_of({section_at(0, 0.0), section_at(1, 0.2)});
+    const int before = std::stoi(read_back(dfq_text(part)).at({"K0100", 0}));
+    add_of_part(part);
+    const auto fields = read_back(dfq_text(part));
+    EXPECT_EQ(fields.at({"K0100", 0}), std::to_string(before + 3));
+    EXPECT_EQ(fields.at({"K2002", before + 1}), "lean_x");
+    EXPECT_EQ(fields.at({"K0001", before + 1}), "0.012300");
+    EXPECT_EQ(fields.at({"K2110", before + 1}), "-0.050000");
+    EXPECT_EQ(fields.at({"K2002", before + 2}), "relative_twist z 20.000");
+    EXPECT_EQ(fields.at({"K2142", before + 2}), "rad");
+    EXPECT_EQ(fields.at({"K2002", before + 3}), "bow_y z 10.000");
+    EXPECT_EQ(fields.at({"K0002", before + 3}), "255");
+    EXPECT_EQ(fields.count({"K0001", before + 3}), 0U);
+}
+
 TEST(Dfq, OtherLettersAreMarkedAsUtf8) {
     auto part = part_of({section_at(0, 0.0)});
     EXPECT_FALSE(dfq_text(part).starts_with("\xef\xbb\xbf"));

@@ -51,6 +51,9 @@ TEST_F(QifTest, DocumentsAreValid) {
                 asked.characteristics.push_back(one);
             }
     EXPECT_EQ(complaints(qif_xml(part_of({asked}))), "");
+    auto several = part_of({section_at(0, 0.0), section_at(1, 0.2)});
+    add_of_part(several);
+    EXPECT_EQ(complaints(qif_xml(several)), "");
     EXPECT_NE(complaints("<QIFDocument/>"), "") << "what is not valid is found";
 }
 
@@ -87,6 +90,19 @@ TEST(Qif, EveryCharacteristicHasItsValueUncertaintyAndDecision) {
               std::string::npos);
     EXPECT_NE(xml.find("<InspectionStatusEnum>FAIL<"), std::string::npos);
     EXPECT_EQ(xml, qif_xml(part));
+}
+
+TEST(Qif, CharacteristicsOfThePartAreThere) {
+    auto part = part_of({section_at(0, 0.0), section_at(1, 0.2)});
+    const auto without = qif_xml(part);
+    add_of_part(part);
+    const auto xml = qif_xml(part);
+    EXPECT_EQ(times(xml, "CharacteristicMeasurement id="), times(without, "CharacteristicMeasurement id=") + 3);
+    EXPECT_NE(xml.find("<Name>lean_x</Name>"), std::string::npos) << "of no section";
+    EXPECT_NE(xml.find("<Name>relative_twist z 20.000</Name>"), std::string::npos);
+    EXPECT_NE(xml.find("<Value combinedUncertainty=\"0.002000\">0.012300</Value>"), std::string::npos);
+    EXPECT_EQ(times(xml, ">UNDEFINED</CharacteristicStatusEnum>"), 1U);
+    EXPECT_EQ(times(xml, "<UserDefinedAngularCharacteristicMeasurement"), 1U);
 }
 
 }  // namespace

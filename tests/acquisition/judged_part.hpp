@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -40,6 +41,26 @@ inline PartResult part_of(std::vector<SectionResult> sections) {
     part.has_nominal = true;
     part.sections = std::move(sections);
     return part;
+}
+
+/// Adds what needs several sections: of the part, of one of its sections, and one that is not evaluable.
+inline void add_of_part(PartResult& part) {
+    const auto one = [](const char* name, Unit unit, std::optional<double> value) {
+        Characteristic c;
+        c.name = name;
+        c.method = "a method of several sections";
+        c.unit = unit;
+        c.value = value;
+        c.nominal = 0.0;
+        c.lower = -0.05;
+        c.upper = 0.05;
+        c.decision = value ? Decision::accept : Decision::not_evaluable;
+        if (value) c.u95 = 0.004;
+        return c;
+    };
+    part.characteristics = {{one("lean_x", Unit::mm, 0.0123), {}},
+                            {one("relative_twist", Unit::rad, -0.02), part.sections.back().index},
+                            {one("bow_y", Unit::mm, {}), part.sections.front().index}};
 }
 
 inline SectionResult open_section(std::size_t index) {

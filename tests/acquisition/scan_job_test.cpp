@@ -6,6 +6,7 @@
 
 #include "acquisition/clearance.hpp"
 #include "acquisition/run_results.hpp"
+#include "core/text.hpp"
 #include "tests/acquisition/outline_contact.hpp"
 #include "tests/acquisition/scan_job_fixture.hpp"
 
@@ -66,6 +67,23 @@ TEST_F(ScanJobTest, MeasuresAndJudgesEverySection) {
         for (std::size_t k = 0; k < live.size(); ++k)
             EXPECT_EQ(live[k].position_mm, later[k].position_mm);
     }
+}
+
+TEST_F(ScanJobTest, TellsWhatNeedsSeveralSectionsBeforeItEnds) {
+    text += "[[characteristic]]\nname = \"lean_x\"\n[[characteristic]]\nname = \"relative_twist\"\n";
+    const auto ran = run();
+    const auto& said = ran.outcome.result.characteristics;
+    ASSERT_EQ(said.size(), 2U);
+    std::vector<std::string> told;
+    for (const auto& event : ran.events)
+        if (event.kind == EventKind::characteristic_updated && holds(event.payload, "\"of_part\":true"))
+            told.push_back(event.payload);
+    ASSERT_EQ(told.size(), 2U);
+    EXPECT_TRUE(holds(told[0], "\"section\":null")) << told[0];
+    EXPECT_TRUE(holds(told[0], "\"name\":\"lean_x\"")) << told[0];
+    EXPECT_TRUE(holds(told[0], "\"value\":" + core::fixed(*said[0].number.value, 9))) << told[0];
+    EXPECT_TRUE(holds(told[1], "\"section\":1,")) << told[1];
+    EXPECT_EQ(ran.events.back().kind, EventKind::run_stopped);
 }
 
 TEST_F(ScanJobTest, ABadPartIsRejected) {

@@ -22,10 +22,12 @@ export interface Section {
   noise_mm?: number; le?: [number, number]; te?: [number, number];
   characteristics: Characteristic[]; contour: ContourRow[]; points: JudgedPoint[];
 }
+/** Needs several sections; `section` null: of the whole part. */
+export interface PartCharacteristic extends Characteristic { section: number | null }
 export interface Choice { rejected: number[]; restored: number[] }
 export interface Result {
   id: string; choice: Choice;
-  result: { verdict: Decision; reasons: string[]; run: { complete: boolean }; sections: { index: number; decision: Decision }[] };
+  result: { verdict: Decision; reasons: string[]; run: { complete: boolean }; sections: { index: number; decision: Decision }[]; characteristics: PartCharacteristic[] };
 }
 export interface Link {
   exchanges: number; errors: number; retries: number; reconnects: number; bytes_received: number; mean_round_trip_ms: number;

@@ -151,13 +151,15 @@ function drawTable() {
   byId('table-head').replaceChildren(head);
   const final = finalShown();
   byId('table-title').textContent = final ? `${say('characteristics')} · ${say('section')} ${final.index}` : say('characteristics');
-  byId('table-body').replaceChildren(...(final?.characteristics ?? []).map((c) => {
-    const row = make('tr'), name = make('span', named(c.name));
+  const ofPart = (run?.result?.result.characteristics ?? []).filter((c) => c.section === null || c.section === shownSection());
+  const rows = [...ofPart.map((c) => [c, c.section === null] as const), ...(final?.characteristics ?? []).map((c) => [c, false] as const)];
+  byId('table-body').replaceChildren(...rows.map(([c, whole]) => {
+    const row = make('tr'), name = make('span', named(c.name) + (whole ? ` (${say('whole_part')})` : ''));
     name.title = [c.method, c.note].filter(Boolean).join('\n');
     cells(row, [name, shown(c, c.value, 4) || '–', shown(c, c.u95, 4) || '–', shown(c, c.nominal, 4), limits(c), badge(c.decision)], [1, 2, 3, 4]);
     return row;
   }));
-  if (!final?.characteristics.length) {
+  if (!rows.length) {
     const row = make('tr'), cell = make('td', say('planned'), 'soft');
     cell.colSpan = 6;
     row.append(cell);
