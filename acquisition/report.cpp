@@ -5,7 +5,7 @@
 
 #include "acquisition/characteristic_table.hpp"
 #include "acquisition/exports.hpp"
-#include "acquisition/report_style.hpp"
+#include "acquisition/html.hpp"
 #include "acquisition/report_text.hpp"
 #include "acquisition/section_figures.hpp"
 #include "acquisition/svg.hpp"
@@ -23,40 +23,27 @@ std::string mm(double value) {
     return core::fixed(value, report_digits);
 }
 
-std::string element(const std::string& tag, const std::string& content) {
-    return "<" + tag + ">" + content + "</" + tag.substr(0, tag.find(' ')) + ">\n";
-}
-
-std::string figure(const std::string& css, const std::string& caption, const std::string& picture) {
-    if (picture.empty()) return {};
-    return "<figure class=\"" + css + "\"><figcaption>" + caption + "</figcaption>\n" + picture + "</figure>\n";
-}
-
 /// What the section was called in the input, where that says more than its number.
 std::string origin_of(const SectionResult& section) {
     if (section.name.empty() || section.name == std::to_string(section.index)) return {};
     return "<span class=\"meta\">from " + escape(section.name) + "</span>";
 }
 
-std::string fact(const std::string& name, const std::string& value) {
-    return "<div><dt>" + name + "</dt><dd>" + escape(value) + "</dd></div>\n";
-}
-
 std::string head(const PartResult& part) {
     const auto word = verdict_word(part);
     std::string out = "<div class=\"sheet\"><div class=\"head\"><div><p class=\"kind\">Blade section report</p>\n";
-    out += element("h1", escape(part.part_name.empty() ? "Unnamed part" : part.part_name)) + "</div>\n";
+    out += html::element("h1", escape(part.part_name.empty() ? "Unnamed part" : part.part_name)) + "</div>\n";
     out += "<div class=\"verdict " + word + "\"><b>" + capital(word) + "</b><span>" + escape(verdict_detail(part)) +
            "</span></div></div>\n<dl class=\"facts\">\n";
     for (const auto& [name, value] : report_facts(part))
-        out += fact(name, value);
+        out += html::fact(name, value);
     out += "</dl>\n";
     if (const auto reasons = typeset_reasons(part); !reasons.empty()) {
         out += "<div class=\"causes\"><b>" +
                std::string(part.verdict() == Decision::reject ? "Why it is rejected" : "Why it is not accepted") +
                "</b><ul>\n";
         for (const auto& reason : reasons)
-            out += element("li", escape(reason));
+            out += html::element("li", escape(reason));
         out += "</ul></div>\n";
     }
     return out + "</div>\n";
@@ -98,8 +85,8 @@ std::string map(const PartResult& part) {
     const auto picture = map_figure(part);
     if (picture.empty()) return {};
     return "<h2>Deviations over the blade</h2>\n<div class=\"sheet map\">\n" +
-           figure("", "<b>Each section is a strip</b>, cut open at the trailing edge; red: too much material",
-                  picture) +
+           html::figure("", "<b>Each section is a strip</b>, cut open at the trailing edge; red: too much material",
+                        picture) +
            "</div>\n";
 }
 
@@ -107,7 +94,7 @@ std::string trends(const PartResult& part) {
     if (part.sections.size() < 2) return {};
     std::string out;
     for (const auto& term : report_terms(part)) {
-        out += figure("", "<b>" + std::string(term.title) + "</b>", trend_figure(part, term.name));
+        out += html::figure("", "<b>" + std::string(term.title) + "</b>", trend_figure(part, term.name));
     }
     return out.empty() ? out
                        : "<h2>Over the height of the blade</h2>\n<div class=\"sheet trends\">\n" + out + "</div>\n";
@@ -166,21 +153,21 @@ std::string rejected_list(const SectionResult& section) {
 std::string section_sheet(const SectionResult& section, double ball_radius_mm) {
     const auto decision = section.decision();
     std::string out = "<article class=\"sheet section\" id=\"section-" + std::to_string(section.index) + "\"><header>" +
-                      element("h3", title_of(section)) + origin_of(section) + "<span class=\"meta\">" +
+                      html::element("h3", title_of(section)) + origin_of(section) + "<span class=\"meta\">" +
                       escape(summary_of(section));
     out += "</span><span class=\"state " + std::string(to_string(decision)) + "\">" + words(decision) +
            "</span></header>\n";
-    if (!section.why.empty()) out += element("p class=\"undecided\"", "Not evaluable: " + escape(section.why));
+    if (!section.why.empty()) out += html::element("p class=\"undecided\"", "Not evaluable: " + escape(section.why));
     const auto whiskers = whisker_figure(section);
     out += "<div class=\"plots\">\n";
-    out += figure("half", section.closed() ? "<b>Contour</b>" : "<b>Recorded ball centres</b> and nominal",
-                  overlay_figure(section, ball_radius_mm));
-    out += figure("half", "<b>Deviations</b> along the normal of the nominal, outwards positive", whiskers);
-    out += figure("quarter", "<b>Leading edge</b> " + escape(radius_text(section, fitting::Zone::le)),
-                  edge_figure(section, fitting::Zone::le, ball_radius_mm));
-    out += figure("quarter", "<b>Trailing edge</b> " + escape(radius_text(section, fitting::Zone::te)),
-                  edge_figure(section, fitting::Zone::te, ball_radius_mm));
-    out += figure("half", "<b>Deviation against arc length</b> with U95", deviation_figure(section));
+    out += html::figure("half", section.closed() ? "<b>Contour</b>" : "<b>Recorded ball centres</b> and nominal",
+                        overlay_figure(section, ball_radius_mm));
+    out += html::figure("half", "<b>Deviations</b> along the normal of the nominal, outwards positive", whiskers);
+    out += html::figure("quarter", "<b>Leading edge</b> " + escape(radius_text(section, fitting::Zone::le)),
+                        edge_figure(section, fitting::Zone::le, ball_radius_mm));
+    out += html::figure("quarter", "<b>Trailing edge</b> " + escape(radius_text(section, fitting::Zone::te)),
+                        edge_figure(section, fitting::Zone::te, ball_radius_mm));
+    out += html::figure("half", "<b>Deviation against arc length</b> with U95", deviation_figure(section));
     return out + "</div>\n" + rejected_list(section) + "</article>\n";
 }
 
@@ -194,13 +181,9 @@ std::string methods(const PartResult& part) {
 }  // namespace
 
 std::string report_html(const PartResult& part) {
-    const std::string title = escape(part.part_name + (part.part_serial.empty() ? "" : " " + part.part_serial));
-    std::string out =
-        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
-        "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n<title>" +
-        title + ": " + verdict_word(part) + "</title>\n<style>" + std::string(report_style()) +
-        std::string(svg::figure_style()) + "</style></head>\n<body><main>\n";
-    out += head(part) + summary_table(part) + characteristic_table(part) + map(part) + trends(part);
+    const std::string title =
+        part.part_name + (part.part_serial.empty() ? "" : " " + part.part_serial) + ": " + verdict_word(part);
+    std::string out = head(part) + summary_table(part) + characteristic_table(part) + map(part) + trends(part);
     out += "<h2>Sections</h2>\n" + key(part);
     for (const auto& section : part.sections)
         out += section_sheet(section, part.ball_radius_mm);
@@ -208,7 +191,7 @@ std::string report_html(const PartResult& part) {
     out +=
         "<footer>All lengths in millimetres unless said, part frame, z along the span. The numbers of this report with "
         "full resolution: result.json and the CSV files beside it.</footer>\n";
-    return out + "</main></body></html>\n";
+    return html::page(title, out);
 }
 
 }  // namespace cmm::acquisition

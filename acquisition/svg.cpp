@@ -238,6 +238,7 @@ font-family:system-ui,-apple-system,"Segoe UI",Roboto,"Helvetica Neue",Arial,san
 .fig .error{stroke:var(--soft);stroke-width:1}
 .fig circle.reported{fill:var(--side)}.fig circle.accept{fill:var(--good)}.fig circle.reject{fill:var(--out);stroke:none}
 .fig circle.undecided{fill:var(--open)}
+.fig circle.by-0{fill:var(--side)}.fig circle.by-1{fill:var(--edge)}.fig circle.by-2{fill:var(--open)}.fig circle.by-3{fill:var(--nominal)}
 )css";
 }
 

@@ -84,6 +84,15 @@ struct ExportOptions {
 };
 int run_export(const ExportOptions& options);
 
+struct StudyOptions {
+    std::vector<std::string> inputs;  ///< run files or folders
+    std::string design;               ///< file that says what was measured by whom; empty: as the runs say
+    std::string part;                 ///< part file to judge them all by; empty: each by its own
+    std::string format, out;          ///< empty: the table alone
+    bool json = false;
+};
+int run_study(const StudyOptions& options);
+
 struct ServeOptions {
     PageSettings page;
     bool json = false;

@@ -29,6 +29,7 @@ class CommandLine {
         add_fit();
         add_gate();
         add_export();
+        add_study();
         add_serve();
         add_cell();
         add_devices();
@@ -187,6 +188,19 @@ class CommandLine {
         c->add_option("--out", export_.out, "file or, for csv, folder")->required();
     }
 
+    void add_study() {
+        auto* c = add("study", "repeatability and reproducibility over runs of the same part program", study_,
+                      cmm::app::run_study);
+        c->add_option("runs", study_.inputs, "run files or output folders");
+        c->add_option("--design", study_.design,
+                      "CSV with the columns run, part and appraiser: which runs, and what was measured by whom "
+                      "(default: serial number and machine of each run)");
+        c->add_option("--part", study_.part, "judge all runs by this part file (default: each by its own)");
+        c->add_option("--format", study_.format, "write the study as json, csv or html as well")
+            ->check(CLI::IsMember({"json", "csv", "html"}));
+        c->add_option("--out", study_.out, "file for it");
+    }
+
     void add_cell() {
         auto* c = add("cell", "measure part after part for a PLC (docs/cell.md)", cell_, cmm::app::run_cell);
         c->add_option("--machine", cell_.machine, "machine file or URL")->required();
@@ -243,6 +257,7 @@ class CommandLine {
     cmm::app::FitOptions fit_;
     cmm::app::GateOptions gate_;
     cmm::app::ExportOptions export_;
+    cmm::app::StudyOptions study_;
     cmm::app::ServeOptions serve_;
     cmm::app::CellSettings cell_;
     cmm::app::DevicesOptions devices_;
