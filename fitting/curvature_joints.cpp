@@ -11,6 +11,8 @@ constexpr std::size_t flank = 2;        // spans from the steep ones to those th
 constexpr std::size_t widest_core = 5;  // steep spans
 constexpr double core_share = 0.5;      // of the steepest slope
 constexpr double step_share = 0.2;      // of what the curvature changes over the steep spans
+constexpr std::size_t level_spans = 4;  // beside the end of a slope
+constexpr double level_share = 0.25;    // of the slope
 constexpr double least_effect = 1.0 / 3.0;
 constexpr int iterations = 6;
 constexpr double knot_free_share = 0.35;  // of a span: free of other knots
@@ -62,6 +64,40 @@ std::vector<CurvatureJoint> find_curvature_joints(std::span<const double> breaks
         if (joints.empty() || joint.first_span > joints.back().last_span + 1) joints.push_back(joint);
     }
     return joints;
+}
+
+void add_supposed_joints(std::span<const double> breaks, std::span<const double> slope, std::span<const double> length,
+                         double sigma_mm, std::vector<CurvatureJoint>& joints) {
+    const std::size_t n = slope.size();
+    std::vector<CurvatureJoint> ends;
+    for (std::size_t k = level_spans; k + level_spans < n; ++k) {
+        const bool falls = slope[k] < 0.0;
+        const auto at = [&](std::size_t back) { return falls ? k - back : k + back; };  // into the slope
+        const auto beyond = [&](std::size_t on) { return falls ? k + on : k - on; };
+        double steepest = 0.0;
+        for (std::size_t j = 0; j < level_spans; ++j)
+            steepest = std::max(steepest, (falls ? -1.0 : 1.0) * slope[at(j)]);
+        if (std::abs(slope[k]) < core_share * steepest) continue;
+        bool level = true;
+        double core = 0.0, width_mm = 0.0;
+        for (std::size_t j = 1; j <= level_spans; ++j)
+            level = level && std::abs(slope[beyond(j)]) < (j > 1 ? level_share : core_share) * steepest;
+        for (std::size_t j = 0; j < 3; ++j) {
+            core += slope[at(j)] * length[at(j)];
+            width_mm += length[at(j)];
+        }
+        if (!level || std::abs(core) * width_mm * width_mm / 24.0 < least_effect * sigma_mm) continue;
+        const std::size_t first = std::min(at(2), k), last = std::max(at(2), k);
+        ends.push_back(
+            {breaks[falls ? k : k + 1], core, core, width_mm, first, last, breaks[first - 1], breaks[last + 2], true});
+    }
+    for (const CurvatureJoint& end : ends) {
+        const bool near = std::any_of(joints.begin(), joints.end(), [&](const CurvatureJoint& j) {
+            return end.first_span <= j.last_span + 2 && j.first_span <= end.last_span + 2;
+        });
+        if (near) continue;
+        joints.insert(std::find_if(joints.begin(), joints.end(), [&](const auto& j) { return j.t > end.t; }), end);
+    }
 }
 
 std::vector<double> breaks_with_joints(std::span<const double> breaks, std::span<const double> places,

@@ -15,6 +15,7 @@ struct CurvatureJoint {
     double width_mm = 0.0;                      ///< the ramp that a curve without joint makes of it
     std::size_t first_span = 0, last_span = 0;  ///< that the ramp covers
     double from_t = 0.0, to_t = 0.0;            ///< the same by parameter: joints stay apart from each other
+    bool supposed = false;                      ///< no ramp shows it
 };
 
 /// Finds the ramps of a cubic spline's curvature that stand for jumps: one to four spans over which it changes at once,
@@ -23,6 +24,12 @@ struct CurvatureJoint {
 /// the spans, mm. O(spans).
 std::vector<CurvatureJoint> find_curvature_joints(std::span<const double> breaks, std::span<const double> slope,
                                                   std::span<const double> length, double sigma_mm);
+
+/// Where a slope of the curvature ends at once and it is level beyond, on the side of the smaller curvature (the end of
+/// an ellipse), there may be a jump that the curve has joined with the slope. Adds such places, apart from the `joints`
+/// that there are; whether they are any, the points must tell.
+void add_supposed_joints(std::span<const double> breaks, std::span<const double> slope, std::span<const double> length,
+                         double sigma_mm, std::vector<CurvatureJoint>& joints);
 
 /// Knots that stand close together.
 struct KnotCluster {

@@ -116,10 +116,12 @@ core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points) {
     if (!std::is_sorted(chords.t.begin(), chords.t.end()))
         std::stable_sort(order.begin(), order.end(),
                          [&](std::size_t a, std::size_t b) { return chords.t[a] < chords.t[b]; });
+    // Far from the origin a coordinate has fewer digits behind the point.
+    const Vec2 origin(std::round(points[0].x()), std::round(points[0].y()));
     std::vector<Vec2> in_order(n);
     std::vector<double> t(n);
     for (std::size_t i = 0; i < n; ++i) {
-        in_order[i] = points[order[i]];
+        in_order[i] = points[order[i]] - origin;
         t[i] = chords.t[order[i]];
     }
 
@@ -141,7 +143,10 @@ core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points) {
     out.sigma_mm = system.sigma_mm();
     out.freedom = system.freedom();
     out.joints = std::move(*joints);
-    out.curve = system.curve();
+    auto pieces = system.curve().pieces();
+    for (auto& piece : pieces)
+        piece[0] += origin;
+    out.curve = PiecewiseCubic(system.breaks(), std::move(pieces), true);
     out.noise = std::move(system).noise(roughness_doubt);
     return out;
 }

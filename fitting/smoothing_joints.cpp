@@ -17,6 +17,7 @@ constexpr double place_grid_mm = 1e-3;
 constexpr double least_joint_speed = 0.3, most_joint_turn_rad = 0.2;
 constexpr double most_curve_variance = 16.0;   // at a joint, over that of a point
 constexpr double most_control_variance = 4.0;  // over the largest of the curve without joints
+constexpr double told_square = 8.0;            // of a step that no ramp shows, over its variance
 constexpr double lasting_step_share = 0.2;     // of the ramp's
 constexpr double far_shift_sigmas = 2.0;       // of a joint's shift: the step of the curvature times its square
 
@@ -89,7 +90,7 @@ class Placement {
 
     bool are_told() {
         for (std::size_t j = 0; j < joints_.size(); ++j)
-            if (!is_known(j)) refuted_[j] = 1;
+            if (!is_known(j) || (joints_[j].supposed && !is_told(j))) refuted_[j] = 1;
         refute_where_uncertain();
         return none_refuted();
     }
@@ -105,6 +106,12 @@ class Placement {
     /// Whether the points tell the curve there.
     bool is_known(std::size_t j) const {
         return system_.variance(knots_[j].first, system_.basis(knots_[j].first).at(1.0)) < most_curve_variance;
+    }
+
+    /// Whether its step is more than what the noise makes.
+    bool is_told(std::size_t j) const {
+        const double t = joints_[j].t, apart = knots_[j].apart, step = step_at(j);
+        return step * step > told_square * system_.step_variance(t - apart, t + apart);
     }
 
     /// One whose step has hardly anything of the ramp that it was made from is none.
@@ -176,6 +183,7 @@ class Placement {
 core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system) {
     system.measure_jumps();
     auto joints = find_curvature_joints(system.breaks(), system.slopes(), system.lengths_mm(), system.sigma_mm());
+    add_supposed_joints(system.breaks(), system.slopes(), system.lengths_mm(), system.sigma_mm(), joints);
     for (CurvatureJoint& joint : joints)
         joint.t = on_grid(joint.t);
     const auto plain = joints.empty() ? SmoothingSystem::State() : system.state();

@@ -302,6 +302,27 @@ double SmoothingSystem::leverage(std::size_t point) const {
     return std::clamp(variance(span_[point], basis_[point]), 0.0, 1.0);
 }
 
+double SmoothingSystem::step_variance(double from_t, double to_t) const {
+    std::vector<double> row(spans_, 0.0);
+    for (auto [t, sign] : {std::pair{from_t, -1.0}, std::pair{to_t, 1.0}}) {
+        const std::size_t span = curve_.span_of(t);
+        const Jet jet = curve_.jet(t);
+        const double h = width(span), w = (t - breaks_[span]) / h, speed = jet.d1.norm(), curvature = jet.curvature();
+        const auto& p = least_squares_.basis(span).power;
+        for (std::size_t a = 0; a < 4; ++a) {
+            const double value = p[0][a] + w * (p[1][a] + w * (p[2][a] + w * p[3][a]));
+            const double second = (2.0 * p[2][a] + 6.0 * w * p[3][a]) / (h * h * speed * speed);
+            row[wrapped(span + a)] -= sign * (second + curvature * curvature * value);
+        }
+    }
+    std::vector<double> answer = row;
+    normal_.solve(std::span(answer));
+    double sum = 0.0;
+    for (std::size_t k = 0; k < spans_; ++k)
+        sum += row[k] * answer[k];
+    return sigma_ * sigma_ * sum;
+}
+
 CurveNoise SmoothingSystem::noise(double times) && {
     if (solve(times)) normal_.invert(inverse_);
     std::vector<Four> covariance(spans_);

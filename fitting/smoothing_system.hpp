@@ -65,6 +65,8 @@ class SmoothingSystem {
     double control_variance(std::size_t control) const { return inverse_[wrapped(control)][0]; }
     double variance(std::size_t span, const std::array<double, 4>& values) const;
     double leverage(std::size_t point) const;
+    /// Of the change of the curvature from one parameter to another, 1/mm^2 (not over sigma_mm^2). O(controls).
+    double step_variance(double from_t, double to_t) const;
     const CubicBasis& basis(std::size_t span) const { return least_squares_.basis(span); }
 
     /// The uncertainty of a curve so many times as rough. The system itself is used up.

@@ -32,7 +32,7 @@ constexpr double correction_weight = 1e3;
 constexpr double window_share = 1.0 / 20.0;
 constexpr double least_distance_mm = 1e-3;  // of rows
 constexpr std::size_t rows_to_stray = 6;    // one of so many may lie apart
-constexpr double stray_weight = 10.0;       // of the columns that it lies apart from
+constexpr double stray_weight = 1.0;        // of the columns that it lies apart from
 constexpr double stray_sigmas = 8.0, least_stray_mm = 3e-3;
 constexpr double least_freedom = 0.05;  // of a row: 1 less its leverage
 // Feet farther away than so many times the rms of those before are looked for again with proof.

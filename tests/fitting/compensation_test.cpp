@@ -143,8 +143,8 @@ TEST(Compensation, ASectionThatLiesApartDoesNotMoveItsNeighbours) {
         for (const ContactPoint& p : contour.points)
             tally.add(section, p.position_mm.head<2>());
         tally.print("beside dirt");
-        EXPECT_LT(tally.side.rms_um(), 0.6) << "1.6 where the neighbours follow the dirt";
-        EXPECT_LT(tally.side.largest_um(), 3.0) << "6.5";
+        EXPECT_LT(tally.side.rms_um(), 0.25) << "1.6 where the neighbours follow the dirt";
+        EXPECT_LT(tally.side.largest_um(), 1.0) << "6.5";
     }
 }
 

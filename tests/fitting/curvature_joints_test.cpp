@@ -11,6 +11,7 @@
 #include <random>
 
 #include "fitting/smoothing.hpp"
+#include "support/families.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -52,6 +53,52 @@ TEST(CurvatureJoints, AreNoneWhereTheCurvatureOnlySlopes) {
     EXPECT_TRUE(find_curvature_joints(wide.breaks, wide.slope, wide.length, 1e-6).empty());
     const Profile hidden(3.0, -0.6, 0.15, 0.0);
     EXPECT_TRUE(find_curvature_joints(hidden.breaks, hidden.slope, hidden.length, 1e-2).empty()) << "in the noise";
+}
+
+/// Where the slope ends there may be a jump all the same: the curve does not tell it from the slope.
+TEST(CurvatureJoints, AreSupposedWhereASlopeEnds) {
+    const Profile ends(3.0, 0.0, 0.1, -0.5);
+    std::vector<CurvatureJoint> joints;
+    add_supposed_joints(ends.breaks, ends.slope, ends.length, 1e-5, joints);
+    ASSERT_EQ(joints.size(), 1U);
+    EXPECT_TRUE(joints[0].supposed);
+    EXPECT_NEAR(joints[0].t, 3.0, 0.15);
+    EXPECT_LT(joints[0].step, 0.0);
+    add_supposed_joints(ends.breaks, ends.slope, ends.length, 1e-5, joints);
+    EXPECT_EQ(joints.size(), 1U) << "one is there already";
+    joints.clear();
+    add_supposed_joints(ends.breaks, ends.slope, ends.length, 1e-2, joints);
+    EXPECT_TRUE(joints.empty()) << "in the noise";
+}
+
+/// Of the four joints of a wide fan blade, whose edges are ellipses; and nowhere else.
+TEST(CurvatureJoints, AreFoundWhereEllipsesEnd) {
+    std::size_t known = 0, all = 0, elsewhere = 0;
+    for (std::uint64_t k = 0; k < 12; ++k) {
+        const auto blade = families::make(families::Family::fan, 9000 + k);
+        families::ScanOptions scanning;
+        scanning.seed = k + 1;
+        scanning.sigma_mm = 1e-3;
+        scanning.bad_share = 0.0;
+        const auto smooth = smooth_closed(families::scan(blade, scanning).points);
+        ASSERT_TRUE(smooth);
+        std::vector<char> found(4, 0);
+        for (const CurvatureStep& joint : smooth->joints) {
+            const Vec2 at = smooth->curve.jet(joint.t).position;
+            bool near = false;
+            for (int corner = 0; corner < 4; ++corner)
+                if ((at - blade.ball_centre(corner, scanning.ball_mm)).norm() < 0.5) {
+                    near = true;
+                    found[static_cast<std::size_t>(corner)] = 1;
+                }
+            elsewhere += static_cast<std::size_t>(!near && std::abs(joint.step) > 0.05);
+        }
+        known += static_cast<std::size_t>(std::count(found.begin(), found.end(), 1));
+        all += 4;
+    }
+    std::cout << "found " << known << " of " << all << ", elsewhere " << elsewhere << "\n";
+    EXPECT_GE(known, all - 4) << "6 are missed where ramps alone are looked for";
+    EXPECT_LE(elsewhere, 3U);
 }
 
 TEST(CurvatureJoints, GetThreeKnotsInPlaceOfTheNearest) {
