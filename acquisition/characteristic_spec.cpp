@@ -34,6 +34,7 @@ constexpr std::array rows{Row{Kind::chord, "chord", "chord", Unit::mm},
                           Row{Kind::centroid_x, "centroid_x", "", Unit::mm},
                           Row{Kind::centroid_y, "centroid_y", "", Unit::mm},
                           Row{Kind::throat, "throat", "", Unit::mm},
+                          Row{Kind::points_out, "points_out", "", Unit::count},
                           Row{Kind::displacement_x, "displacement_x", "", Unit::mm},
                           Row{Kind::displacement_y, "displacement_y", "", Unit::mm},
                           Row{Kind::twist, "twist", "twist", Unit::rad},
@@ -83,6 +84,11 @@ class UnitReader {
 };
 
 void read_tolerance(const ConfigTable& table, CharacteristicSpec& spec) {
+    if (spec.kind == Kind::points_out) {
+        spec.nominal = 0.0;
+        if (table.has("upper")) spec.above = table.required_number("upper", {0.0, 1e6});
+        return;
+    }
     const UnitReader reader(table, unit_of(spec.kind));
     spec.nominal = reader.number("nominal", {-1e6, 1e6});
     const auto both = reader.number("tolerance", {1e-9, 1e6});
@@ -153,6 +159,14 @@ void read_ends(const ConfigTable& table, CharacteristicSpec& spec) {
     }
 }
 
+/// Of points_out.
+void read_zone(const ConfigTable& table, CharacteristicSpec& spec) {
+    const std::string zone = table.word("zone", "all", {"all", "le", "suction", "te", "pressure"});
+    for (const auto one : {fitting::Zone::le, fitting::Zone::suction, fitting::Zone::te, fitting::Zone::pressure})
+        if (zone == fitting::to_string(one)) spec.zone = one;
+    if (table.has("width_mm")) spec.width_mm = table.required_number("width_mm", {1e-6, 1e3});
+}
+
 void read_places(const ConfigTable& table, CharacteristicSpec& spec) {
     const core::Bounds distance{1e-3, 1e5};
     const bool thickness = spec.kind == Kind::le_thickness || spec.kind == Kind::te_thickness;
@@ -169,6 +183,7 @@ void read_places(const ConfigTable& table, CharacteristicSpec& spec) {
         spec.pitch_mm = table.required_number("pitch_mm", distance);
         spec.direction_rad = core::rad_from_deg(table.number("direction_deg", 90.0, {-360.0, 360.0}));
     }
+    if (spec.kind == Kind::points_out) read_zone(table, spec);
     if (is_of_part(spec.kind)) read_ends(table, spec);
     if (belac) spec.direction_rad = core::rad_from_deg(table.required_number("direction_deg", {-360.0, 360.0}));
 }
@@ -179,6 +194,7 @@ std::string default_label(const ConfigTable& table, const CharacteristicSpec& sp
     const bool usual = method.empty() || method == "nosetail" || method == "max_inscribed" || method == "inscribed";
     if (!usual) label += "_" + method;
     if (spec.distance_mm > 0.0) label += "_" + short_number(spec.distance_mm);
+    if (spec.zone) label += "_" + std::string(fitting::to_string(*spec.zone));
     if (spec.kind == Kind::generatrix)
         label += (spec.side == fitting::Zone::pressure ? "_pressure_" : "_suction_") + short_number(spec.share);
     if (spec.far_mm > 0.0) label += "_" + short_number(spec.near_mm) + "_" + short_number(spec.far_mm);
@@ -230,6 +246,7 @@ bool is_position(const CharacteristicSpec& spec) noexcept {
         case Kind::centroid_x:
         case Kind::centroid_y:
         case Kind::throat:
+        case Kind::points_out:
         case Kind::displacement_x:
         case Kind::displacement_y:
         case Kind::twist:

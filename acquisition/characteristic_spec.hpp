@@ -32,6 +32,7 @@ enum class CharacteristicKind : std::uint8_t {
     centroid_x,
     centroid_y,
     throat,
+    points_out,
     displacement_x,
     displacement_y,
     twist,
@@ -75,6 +76,8 @@ struct CharacteristicSpec {
     double pitch_mm = 0.0;                                    ///< of a throat, along `direction_rad`
     std::optional<std::size_t> root, tip, reference_section;  ///< absent: the lowest, the highest, the root
     fitting::Zone side = fitting::Zone::suction;              ///< of a generatrix
+    std::optional<fitting::Zone> zone;                        ///< of points_out; absent: all of them
+    std::optional<double> width_mm;                           ///< of its tolerance zone; absent: that of the gate
     double share = 0.0;                                       ///< of the side's length, from the LE
     std::optional<double> nominal;       ///< absent: that of the nominal section, by the same method
     std::optional<double> below, above;  ///< tolerance: lowest and highest deviation from the nominal

@@ -28,7 +28,7 @@ const std::string whole_part = "part";
 
 std::string number(const std::optional<double>& value, Unit unit) {
     if (!value) return {};
-    const int digits = unit == Unit::share ? 5 : 4;
+    const int digits = unit == Unit::share ? 5 : unit == Unit::count ? 0 : 4;
     return core::fixed(unit == Unit::rad ? core::deg_from_rad(*value) : *value, digits);
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "acquisition/asked_characteristics.hpp"
+#include "acquisition/points_out.hpp"
 #include "acquisition/profile.hpp"
 #include "acquisition/section_sizes.hpp"
 #include "acquisition/span_point.hpp"
@@ -75,7 +76,9 @@ void add_asked(SectionResult& section, fitting::MeasuredSection& measured, const
     AskedCharacteristics asked(measured, section.deviation_mm, nominal != nullptr ? curve : nullptr, form, options.rule,
                                datum);
     for (const auto& spec : options.asked) {
-        if (!is_of_part(spec.kind)) {
+        if (spec.kind == CharacteristicKind::points_out) {
+            if (spec.is_of(section.index)) replace_or_add(points_out(spec, section, options), section);
+        } else if (!is_of_part(spec.kind)) {
             if (spec.is_of(section.index)) replace_or_add(asked.make(spec, section), section);
         } else if (spec.kind != CharacteristicKind::generatrix) {
             if (!section.placement) section.placement = asked.placement();

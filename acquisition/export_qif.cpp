@@ -61,6 +61,7 @@ std::optional<std::string_view> kind_of(const Characteristic& one) {
         case Unit::mm2:
             return "UserDefinedArea";
         case Unit::share:
+        case Unit::count:
             return std::nullopt;
     }
     return std::nullopt;

@@ -91,7 +91,7 @@ class AgainPlanner {
         for (const auto& [name, zone] : zones)
             if (c.name == name) return ask_profile(c, zone);
         const auto kind = kind_of(c);
-        if (!kind) return false;
+        if (!kind || *kind == Kind::points_out) return false;  // more points make none of them more certain
         const auto split = split_for(c, 0.0);
         if (!split) return false;
         switch (*kind) {

@@ -105,6 +105,7 @@ std::string_view to_string(Unit unit) noexcept {
         case Unit::mm2:
             return "mm2";
         case Unit::share:
+        case Unit::count:
             return "1";
     }
     return "";
@@ -120,6 +121,8 @@ std::string worded(double value, Unit unit) {
             return core::fixed(value, worded_digits) + " mm2";
         case Unit::share:
             return core::fixed(value, share_digits);
+        case Unit::count:
+            return core::fixed(value, 0);
     }
     return {};
 }

@@ -19,8 +19,8 @@ enum class Decision : std::uint8_t { accept, reject, undecided, reported, not_ev
 std::string_view to_string(Decision decision) noexcept;
 
 /// What the number of a characteristic counts. Angles are radians here and degrees in texts and tables.
-enum class Unit : std::uint8_t { mm, rad, mm2, share };
-/// "mm", "rad", "mm2", "1".
+enum class Unit : std::uint8_t { mm, rad, mm2, share, count };
+/// "mm", "rad", "mm2", and of shares and counts "1".
 std::string_view to_string(Unit unit) noexcept;
 
 /// A characteristic of one section: a number with its method, its uncertainty and what was decided about it.

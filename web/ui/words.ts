@@ -102,6 +102,7 @@ const words = {
   displacement_x: ['Displacement x', '位移 x'],
   displacement_y: ['Displacement y', '位移 y'],
   twist: ['Twist', '扭转'],
+  points_out: ['Points out', '超差点数'],
   lean_x: ['Lean x', '倾斜 x'],
   lean_y: ['Lean y', '倾斜 y'],
   bow_x: ['Bow x', '弯曲 x'],
