@@ -52,15 +52,15 @@ Cell paper_cell(const Characteristic* c) {
 
 void add_results(pdf::Pages& pages, const PartResult& part) {
     const auto terms = report_terms(part);
-    std::vector<Column> columns{{"Sec.", 0.7, true}, {"z mm", 1.05, true}, {"Points", 0.95, true}, {"Rej.", 0.7, true}};
+    std::vector<Column> columns{{"Sec.", 0.6, true}, {"z mm", 0.95, true}, {"Points", 0.9, true}, {"Rej.", 0.6, true}};
     for (const auto& term : terms) {
         const auto* c = first_of(part, term.name);
         const bool limited = c->upper && !c->lower;
         columns.push_back(
-            {std::string(term.title) + (limited ? " \u2264 " + core::fixed(*c->upper, 3) : std::string()) + " mm", 1.1,
+            {std::string(term.title) + (limited ? " \u2264 " + core::fixed(*c->upper, 3) : std::string()) + " mm", 1.2,
              true});
     }
-    columns.push_back({"Decision", 1.2, false});
+    columns.push_back({"Decision", 1.1, false});
     std::vector<std::vector<Cell>> rows;
     for (const auto& section : part.sections) {
         std::vector<Cell> row{{std::to_string(section.index)},
@@ -80,16 +80,16 @@ void add_characteristics(pdf::Pages& pages, const PartResult& part) {
     const auto asked = asked_rows(part);
     if (asked.empty()) return;
     const std::vector<Column> columns{{"Sec.", 0.9, true},
-                                      {"Characteristic", 2.5, false},
+                                      {"Characteristic", 2.4, false},
                                       {"", 0.8, false},
                                       {"Value", 1.5, true},
                                       {"U95", 1.2, true},
                                       {"Nominal", 1.5, true},
-                                      {"Deviation", 1.6, true},
+                                      {"Deviation", 1.9, true},
                                       {"Lower", 1.5, true},
                                       {"Upper", 1.5, true},
                                       {"Decision", 1.6, false},
-                                      {"Method, or why it is not evaluable", 3.9, false}};
+                                      {"Method, or why it is not evaluable", 3.7, false}};
     std::vector<std::vector<Cell>> rows;
     for (const auto& row : asked)
         rows.push_back({{row.section},
@@ -134,9 +134,9 @@ core::Result<std::string> report_pdf(const PartResult& part) {
     const std::string name = part.part_name.empty() ? "Unnamed part" : part.part_name;
     const std::string title = name + (part.part_serial.empty() ? "" : " " + part.part_serial);
     const std::string run = part.run_id.empty() ? "" : ", run " + part.run_id;
-    auto pages = pdf::Pages::make(
-        {title + ": " + verdict_word(part),
-         title + run + ". All lengths in millimetres unless said, part frame, z along the span.", part.started_utc});
+    auto pages =
+        pdf::Pages::make({title + ": " + verdict_word(part),
+                          title + run + ". Millimetres unless said, part frame, z along the span.", part.started_utc});
     if (!pages) return tl::unexpected(pages.error());
     pages->title(name, verdict_on_paper(part), ink_of(part.verdict()));
     pages->paragraph(verdict_detail(part), Ink::soft);
