@@ -290,6 +290,22 @@ TEST(Characteristics, ThroatOfACascade) {
     }
 }
 
+/// A trailing edge that comes out again on the other side of its neighbour: there is a distance, but no passage.
+TEST(Characteristics, NoThroatWhereANeighbourReachesThroughTheBlade) {
+    const auto blade = families::make(families::Family::turbine, 96);
+    families::ScanOptions scanning;
+    scanning.bad_share = 0.0;
+    SectionOptions options;
+    options.le_hint = blade.le().nose;
+    options.te_hint = blade.te().nose;
+    const auto fit = fit_section(families::scan(blade, scanning).points, {}, options);
+    ASSERT_TRUE(fit);
+    MeasuredSection measured(*fit);
+    const double chord = blade.shape().chord;
+    EXPECT_FALSE(measure_throat(measured, {0.0, 0.9 * chord}));
+    EXPECT_TRUE(measure_throat(measured, {0.0, 1.2 * chord}));
+}
+
 TEST(Characteristics, BestFitFindsAMotion) {
     const auto nominal_blade = section_truth::of_family(families::make(families::Family::compressor, 4));
     std::vector<Vec2> nominal_points;
