@@ -116,9 +116,28 @@ class CentreFitter {
             auto smooth = smooth_closed(good_);
             if (!smooth) return tl::unexpected(smooth.error());
             smooth_ = std::move(*smooth);
-            if (cuts > 0 || !revise_verdicts(found)) break;
+            if (cuts > 0) break;
+            const bool revised = revise_verdicts(found), survived = round == 0 && set_aside_survivors();
+            if (!revised && !survived) break;
         }
         return {};
+    }
+
+    /// A good point between two bad ones on the same side of the curve has nobody to bear it out, and the curve may
+    /// follow it alone: it has to lie on the curve that the others give. False when there is none.
+    bool set_aside_survivors() {
+        const std::size_t n = points_.size();
+        bool any = false;
+        for (std::size_t k = 0; k < n; ++k) {
+            const std::size_t before = (k + n - 1) % n, after = (k + 1) % n;
+            if (reason_[k] != RejectReason::none || fit_.verdicts[index_[k]].kept) continue;
+            if (reason_[before] != RejectReason::spline_residual || reason_[after] != RejectReason::spline_residual ||
+                residual_[before] * residual_[after] <= 0.0)
+                continue;
+            reason_[k] = RejectReason::fit_residual;
+            any = true;
+        }
+        return any;
     }
 
     /// Where the points themselves run back and forth (a ball that fell from one flank of a sharp hollow to the other),

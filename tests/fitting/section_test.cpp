@@ -6,9 +6,11 @@
 #include <Eigen/Geometry>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "core/rng.hpp"
 #include "fitting/vec2.hpp"
+#include "support/families.hpp"
 #include "support/truth.hpp"
 
 namespace cmm::fitting {
@@ -131,6 +133,26 @@ TEST(Section, AnOperatorHasTheLastWord) {
         if (i == bad || i == good) continue;
         EXPECT_EQ(fit->verdicts[i].reason == RejectReason::none, plain.verdicts[i].reason == RejectReason::none)
             << i << ": nothing else changes";
+    }
+}
+
+/// Of a run of three bad points beside the end of an edge the middle one continued the edge, and alone it turned the
+/// curve to itself.
+TEST(Section, TheMiddleOfARunIsNoWitnessForItself) {
+    for (const auto& [family, seed] :
+         {std::pair{families::Family::turbine, 130U}, std::pair{families::Family::fan, 54U}}) {
+        const auto blade = families::make(family, 40000 + seed);
+        families::ScanOptions scanning;
+        scanning.seed = 70000 + seed;
+        const auto scan = families::scan(blade, scanning);
+        SectionOptions options;
+        options.le_hint = blade.le().nose;
+        options.te_hint = blade.te().nose;
+        const auto fit = fit_or_fail(scan.points, options);
+        for (std::size_t i = 0; i < scan.points.size(); ++i)
+            if (std::abs(scan.bad[i]) >= scanning.bad_low_mm) {
+                EXPECT_NE(fit.verdicts[i].reason, RejectReason::none) << families::to_string(family) << " " << i;
+            }
     }
 }
 
