@@ -7,6 +7,7 @@
 
 #include "fitting/chain_state.hpp"
 #include "fitting/stretch_search.hpp"
+#include "fitting/swapped_runs.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -159,7 +160,11 @@ class Finder {
 }  // namespace
 
 BadPoints find_bad_points(std::span<const Vec2> points, bool closed, double floor_mm) {
-    if (points.size() >= fewest_judged_points) return Finder(points, closed, floor_mm).run();
+    if (points.size() >= fewest_judged_points) {
+        BadPoints found = Finder(points, closed, floor_mm).run();
+        exchange_swapped_runs(points, closed, found);
+        return found;
+    }
     BadPoints all;
     all.bad.assign(points.size(), 0);
     all.corner.assign(points.size(), 0);
