@@ -33,7 +33,7 @@ Gap first_look(const ContourGeometry& contour, const Vec2& pitch) {
 
 /// Whether the neighbour reaches into the blade: there may be a smallest distance all the same, behind the place where
 /// it comes out again.
-bool cross(const ContourGeometry& contour, const Vec2& pitch) {
+bool outlines_cross(const ContourGeometry& contour, const Vec2& pitch) {
     const std::size_t stride = std::max<std::size_t>(1, contour.size() / looked_at);
     for (std::size_t k = 0; k < contour.size(); k += stride) {
         const Vec2 moved = contour.point(k).position_mm + pitch;
@@ -50,7 +50,7 @@ core::Result<Measure> measure_throat(MeasuredSection& section, const Vec2& pitch
     const auto refuse = [](const char* why) {
         return core::fail(core::ErrorCode::fit_not_evaluable, std::string("throat: ") + why);
     };
-    if (cross(contour, pitch_mm)) return refuse("the neighbours cross");
+    if (outlines_cross(contour, pitch_mm)) return refuse("the neighbours cross");
     Gap gap = first_look(contour, pitch_mm);
     for (int k = 0; k < most_feet; ++k) {
         gap.there = contour.foot(contour.position(gap.here) - pitch_mm, contour.whole(), &gap.there);
