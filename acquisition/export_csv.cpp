@@ -21,18 +21,18 @@ std::string cell(const std::optional<double>& value) {
     return value ? cell(*value) : std::string();
 }
 
-struct Column {
+struct CsvColumn {
     std::string name;
     Unit unit;
 };
 
 /// Names of all characteristics in the order in which they first appear.
-std::vector<Column> characteristic_columns(const PartResult& part) {
-    std::vector<Column> columns;
+std::vector<CsvColumn> characteristic_columns(const PartResult& part) {
+    std::vector<CsvColumn> columns;
     for (const auto& section : part.sections) {
         for (const auto& c : section.characteristics) {
             const bool known = std::any_of(columns.begin(), columns.end(),
-                                           [&](const Column& column) { return column.name == c.name; });
+                                           [&](const CsvColumn& column) { return column.name == c.name; });
             if (!known) columns.push_back({c.name, c.unit});
         }
     }
