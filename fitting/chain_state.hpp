@@ -32,6 +32,8 @@ class ChainState {
     PointState& state(std::ptrdiff_t i) { return state_[index(i)]; }
     /// Of the four-neighbour test, in standard deviations of a point.
     double ratio(std::ptrdiff_t i) const { return ratio_[index(i)]; }
+    /// From the latest prediction that was noted, mm.
+    double residual(std::ptrdiff_t i) const { return residual_[index(i)]; }
     /// Standard deviation of a point, so that the floor is never undercut.
     double sigma_at(std::ptrdiff_t i) const { return std::max(scatter_[block_of(i)], floor_ / reject_factor); }
     /// Where steps are not clearly longer than the noise, every so many-th point is a neighbour.

@@ -38,6 +38,7 @@ class Finder {
                 chain_.test(low - reach, high + reach);
             chain_.estimate_scatter();
         }
+        exchange_swapped_runs(chain_);
         return chain_.report();
     }
 
@@ -160,11 +161,7 @@ class Finder {
 }  // namespace
 
 BadPoints find_bad_points(std::span<const Vec2> points, bool closed, double floor_mm) {
-    if (points.size() >= fewest_judged_points) {
-        BadPoints found = Finder(points, closed, floor_mm).run();
-        exchange_swapped_runs(points, closed, found);
-        return found;
-    }
+    if (points.size() >= fewest_judged_points) return Finder(points, closed, floor_mm).run();
     BadPoints all;
     all.bad.assign(points.size(), 0);
     all.corner.assign(points.size(), 0);

@@ -21,7 +21,6 @@ namespace cmm::fitting {
 /// (docs/theory.md, section 3). Knot k is break k + 1; control k + a, round the end, weighs function a of span k.
 class SmoothingSystem {
   public:
-    SmoothingSystem() = default;
     /// Points in order; `sigma_mm` is a first estimate of their noise along the normal.
     SmoothingSystem(std::vector<Vec2> points, double sigma_mm);
 

@@ -131,11 +131,13 @@ TEST_F(ExportBody, OpensInFreeCadAsOneSolid) {
                                " freecadcmd tests/peers/freecad_solid.py </dev/null"});
     EXPECT_NE(seen.out.find("solids 1\n"), std::string::npos) << seen.out << seen.err;
     EXPECT_NE(seen.out.find("valid True closed True"), std::string::npos) << seen.out << seen.err;
-    // Its volume is told by the kernel that FreeCAD rests on, above; FreeCAD's own number is 4 % off.
     const auto at = seen.out.find("from_mm "), to = seen.out.find("to_mm ");
     ASSERT_NE(to, std::string::npos) << seen.out << seen.err;
     EXPECT_NEAR(std::stod(seen.out.substr(at + 8)), low_mm, 0.01);
     EXPECT_NEAR(std::stod(seen.out.substr(to + 6)), high_mm, 0.01);
+    const auto volume = seen.out.find("volume_mm3 ");
+    ASSERT_NE(volume, std::string::npos) << seen.out << seen.err;
+    EXPECT_NEAR(std::stod(seen.out.substr(volume + 11)) / true_volume_mm3(folder / "part.toml"), 1.0, 1e-5);
 }
 
 /// Points of the body's trailing edge turn about a centre at its radius.

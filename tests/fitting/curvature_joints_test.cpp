@@ -199,7 +199,7 @@ Error slot_error(double sigma_mm, int scans) {
 TEST(CurvatureJoints, LetTheCurveFollowArcsAndLines) {
     const Error exact = slot_error(0.0, 4);
     EXPECT_LT(exact.rms_um, 0.02) << "0.058 without joints";
-    EXPECT_LT(exact.largest_um, 0.3) << "1.39";
+    EXPECT_LT(exact.largest_um, 0.25) << "1.39";
     const Error noisy = slot_error(1e-3, 12);
     EXPECT_LT(noisy.rms_um, 0.3);
     EXPECT_LT(noisy.largest_um, 1.5);

@@ -5,6 +5,32 @@ import os
 import FreeCAD
 import Import
 
+SLICES = 4  # each by Gauss's rule of three
+NODES = ((-0.7745966692414834, 5 / 9), (0.0, 8 / 9), (0.7745966692414834, 5 / 9))
+
+
+def area_mm2(curve):
+    low, high, n = curve.FirstParameter, curve.LastParameter, 8000
+    p = [curve.value(low + (high - low) * k / n) for k in range(n)]
+    return abs(sum(p[i - 1].x * p[i].y - p[i].x * p[i - 1].y for i in range(n))) / 2
+
+
+def volume_mm3(solid):
+    """From the areas its level curves bound: solid.Volume takes few places a face (4 % off), slices are 28 um off."""
+    airfoil = max(solid.Faces, key=lambda face: face.Area)
+    low, high = airfoil.ParameterRange[2:]
+    half = (high - low) / SLICES / 2
+    total = 0.0
+    for k in range(SLICES):
+        for node, weight in NODES:
+            level = low + half * (2 * k + 1 + node)
+            curve = airfoil.Surface.vIso(level)
+            if max(abs(curve.value(u).z - level) for u in (0.0, 10.0, 30.0, 50.0)) > 1e-9:
+                raise ValueError("a level curve is not in the plane z = %.9g" % level)
+            total += weight * half * area_mm2(curve)
+    return total
+
+
 document = FreeCAD.newDocument("blade")
 Import.insert(os.environ["CMMLIVE_STEP"], document.Name)
 shapes = [o.Shape for o in document.Objects if hasattr(o, "Shape")]
@@ -13,3 +39,4 @@ print("\nsolids", len(solids))
 for solid in solids:
     box = solid.BoundBox
     print("valid", solid.isValid(), "closed", solid.isClosed(), "from_mm %.6f to_mm %.6f" % (box.ZMin, box.ZMax))
+    print("volume_mm3 %.9g" % volume_mm3(solid))
