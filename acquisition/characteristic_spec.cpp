@@ -188,9 +188,11 @@ void read_places(const ConfigTable& table, CharacteristicSpec& spec) {
     if (belac) spec.direction_rad = core::rad_from_deg(table.required_number("direction_deg", {-360.0, 360.0}));
 }
 
-std::string default_label(const ConfigTable& table, const CharacteristicSpec& spec) {
+}  // namespace
+
+std::string label_of(const CharacteristicSpec& spec, std::string_view method_word) {
     std::string label(to_string(spec.kind));
-    const std::string method = core::in_small_letters(table.text("method", ""));
+    const std::string method = core::in_small_letters(method_word);
     const bool usual = method.empty() || method == "nosetail" || method == "max_inscribed" || method == "inscribed";
     if (!usual) label += "_" + method;
     if (spec.distance_mm > 0.0) label += "_" + short_number(spec.distance_mm);
@@ -205,8 +207,6 @@ bool share_a_section(const CharacteristicSpec& a, const CharacteristicSpec& b) {
     if (a.sections.empty() || b.sections.empty()) return true;
     return std::any_of(a.sections.begin(), a.sections.end(), [&](std::size_t i) { return b.is_of(i); });
 }
-
-}  // namespace
 
 std::string_view to_string(CharacteristicKind kind) noexcept {
     return row_of(kind).name;
@@ -288,7 +288,7 @@ std::vector<CharacteristicSpec> read_characteristics(const std::vector<core::Con
             else
                 spec.sections.push_back(static_cast<std::size_t>(index));
         }
-        spec.label = table.text("label", default_label(table, spec));
+        spec.label = table.text("label", label_of(spec, table.text("method", "")));
         for (const auto& other : specs)
             if (other.label == spec.label && share_a_section(other, spec))
                 table.complain("name", "\"" + spec.label + "\" is asked for twice: give one of them a label");

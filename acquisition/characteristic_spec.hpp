@@ -87,6 +87,12 @@ struct CharacteristicSpec {
     bool is_of(std::size_t section) const;
 };
 
+/// What it is called where nobody says otherwise: name, method (a word of the field) unless it is the usual one, zone,
+/// distances.
+std::string label_of(const CharacteristicSpec& spec, std::string_view method_word);
+/// Whether there is a section that both are of.
+bool share_a_section(const CharacteristicSpec& a, const CharacteristicSpec& b);
+
 /// Reads the list. Complains of unknown names and methods, of missing distances, of two of one label for one section.
 std::vector<CharacteristicSpec> read_characteristics(const std::vector<core::ConfigTable>& tables);
 

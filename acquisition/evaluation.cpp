@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "acquisition/asked_characteristics.hpp"
+#include "acquisition/point_tolerance.hpp"
 #include "acquisition/points_out.hpp"
 #include "acquisition/profile.hpp"
 #include "acquisition/section_sizes.hpp"
@@ -101,13 +102,15 @@ void add_asked_not_evaluable(SectionResult& section, const EvaluationOptions& op
     }
 }
 
-void add_profiles_not_evaluable(SectionResult& section, const EvaluationOptions& options, const std::string& why) {
+void add_profiles_not_evaluable(SectionResult& section, const ReferenceContour& nominal,
+                                const EvaluationOptions& options, const std::string& why) {
     for (const auto& zone : profile_zones)
         section.characteristics.push_back(profile_not_evaluable(zone, options, why));
+    if (nominal.has_tolerances()) section.characteristics.push_back(point_tolerance_not_evaluable(options, why));
 }
 
-void add_nothing_evaluable(SectionResult& section, bool with_profiles, const EvaluationOptions& options) {
-    if (with_profiles) add_profiles_not_evaluable(section, options, section.why);
+void add_nothing_evaluable(SectionResult& section, const ReferenceContour* nominal, const EvaluationOptions& options) {
+    if (nominal != nullptr) add_profiles_not_evaluable(section, *nominal, options, section.why);
     add_sizes_not_evaluable(section);
     add_asked_not_evaluable(section, options);
 }
@@ -157,15 +160,17 @@ void compare_with(const ReferenceContour& nominal, const fitting::NominalSection
         point = motion.apply(point);
 }
 
-void add_profiles(SectionResult& section, const EvaluationOptions& options) {
+void add_profiles(SectionResult& section, const ReferenceContour& nominal, const EvaluationOptions& options) {
     if (section.alignment.state == Alignment::State::refused)
-        return add_profiles_not_evaluable(section, options, section.alignment.note);
+        return add_profiles_not_evaluable(section, nominal, options, section.alignment.note);
     const std::string frame = frame_words(options.alignment);
     const auto& contour = section.fit->contour;
     const auto filtered = fitting::filter_zones(contour, section.deviation_mm, options.filters);
+    const Compared compared{contour, filtered, section.alignment, frame};
     for (const auto& zone : profile_zones)
-        section.characteristics.push_back(
-            profile(zone, section, {contour, filtered, section.alignment, frame}, options));
+        section.characteristics.push_back(profile(zone, section, compared, options));
+    if (nominal.has_tolerances())
+        section.characteristics.push_back(point_tolerance(section, compared, nominal, options));
 }
 
 /// The profiles that are out however the section is moved: after the motion that brings it as far into its zones as can
@@ -197,7 +202,7 @@ std::vector<Characteristic> out_for_certain(const SectionResult& section, const 
 /// What may still change with the alignment of the blade is not decided yet.
 void leave_open(SectionResult& section, const ReferenceContour& nominal, const fitting::NominalSection& curve,
                 const EvaluationOptions& options) {
-    std::vector<std::string_view> names;
+    std::vector<std::string_view> names{point_tolerance_name};
     for (const auto& zone : profile_zones)
         names.emplace_back(zone.name);
     for (const auto& spec : options.asked)
@@ -231,12 +236,12 @@ SectionResult evaluate_section(SectionResult section, core::Result<fitting::Sect
     take_fit(section, std::move(fit));
     if (nominal != nullptr) section.nominal_contour = nominal->points();
     if (!section.why.empty()) {
-        add_nothing_evaluable(section, nominal != nullptr, options);
+        add_nothing_evaluable(section, nominal, options);
         return section;
     }
     if (nominal != nullptr) {
         compare_with(*nominal, curve, options, shared, section);
-        add_profiles(section, options);
+        add_profiles(section, *nominal, options);
     }
     // Positions are those in the frame of the blade, where it has one; the contour of the result stays as measured.
     std::optional<fitting::SectionFit> in_datum;

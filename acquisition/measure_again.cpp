@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "acquisition/ball_path.hpp"
+#include "acquisition/point_tolerance.hpp"
 #include "fitting/closest_point.hpp"
 #include "fitting/thickness_measures.hpp"
 
@@ -90,6 +91,11 @@ class AgainPlanner {
                                    std::pair{"profile_te", Zone::te}, std::pair{"profile_pressure", Zone::pressure}};
         for (const auto& [name, zone] : zones)
             if (c.name == name) return ask_profile(c, zone);
+        if (c.name == point_tolerance_name) {
+            const auto finer = split_for(c, 0.0);
+            if (finer) std::fill(split_.begin(), split_.end(), *finer);
+            return finer.has_value();
+        }
         const auto kind = kind_of(c);
         if (!kind || *kind == Kind::points_out) return false;  // more points make none of them more certain
         const auto split = split_for(c, 0.0);

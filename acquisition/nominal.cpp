@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/nominal.hpp"
 
+#include "acquisition/nom_file.hpp"
 #include "acquisition/nominal_kinds.hpp"
 #include "core/text.hpp"
 
@@ -20,6 +21,15 @@ Eigen::Vector3d turned_to_z(const Eigen::Vector3d& p, Span span) noexcept {
     return p;
 }
 
+fitting::NominalOptions edge_hints(const NominalSpec& spec, const NominalContour& contour) {
+    fitting::NominalOptions hints;
+    hints.le_hint = spec.le_hint_mm;
+    if (hints.le_hint) return hints;
+    hints.le_hint = contour.le_mm;
+    hints.te_hint = contour.te_mm;
+    return hints;
+}
+
 core::Result<std::shared_ptr<const Nominal>> load_nominal(const NominalSpec& spec) {
     if (spec.kind == NominalKind::none) return std::shared_ptr<const Nominal>();
     if (spec.kind == NominalKind::parametric) return parametric_nominal(spec.blade.value());
@@ -29,6 +39,11 @@ core::Result<std::shared_ptr<const Nominal>> load_nominal(const NominalSpec& spe
         return mesh_nominal(std::move(*mesh), spec.span);
     }
     if (spec.kind == NominalKind::step) return step_nominal(spec.files.at(0), spec.solid, spec.span);
+    if (spec.kind == NominalKind::nom) {
+        auto file = read_nom(spec.files.at(0), spec.skip);
+        if (!file) return tl::unexpected(std::move(file.error()).with_context("while reading the nominal"));
+        return nom_nominal(std::move(*file));
+    }
     auto sections = read_points(spec.files);
     if (!sections) return tl::unexpected(std::move(sections.error()).with_context("while reading the nominal"));
     return sections_nominal(std::move(*sections), spec.span);

@@ -3,12 +3,19 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "acquisition/part_file.hpp"
 #include "core/error.hpp"
+#include "fitting/nominal.hpp"
 
 namespace cmm::acquisition {
+
+/// Lowest and highest deviation that conform at a place, with their signs.
+struct PointTolerance {
+    double below_mm = 0.0, above_mm = 0.0;
+};
 
 /// The nominal part contour in one plane, closed, counter-clockwise, dense enough for a periodic cubic spline to be
 /// true to a fraction of a micrometre where the source is smooth. Part frame, mm.
@@ -19,6 +26,8 @@ struct NominalContour {
     /// (none: it is the largest one everywhere).
     double lean_rad = 0.0;
     std::vector<double> leans_rad;
+    std::vector<PointTolerance> tolerances = {};            ///< at each point; empty: the nominal has none
+    std::optional<Eigen::Vector2d> le_mm = {}, te_mm = {};  ///< near the edges, where the nominal names them
 };
 
 /// The nominal of a part: cut at any height. Immutable, thread-safe. Made by `load_nominal` from sections (lofted),
@@ -36,6 +45,9 @@ class Nominal {
     Nominal(const Nominal&) = default;
     Nominal& operator=(const Nominal&) = default;
 };
+
+/// Which edge is which: as the part file says, else as the nominal does.
+fitting::NominalOptions edge_hints(const NominalSpec& spec, const NominalContour& contour);
 
 /// nullptr for kind "none". Errors: input_missing, input_invalid, config_invalid.
 core::Result<std::shared_ptr<const Nominal>> load_nominal(const NominalSpec& spec);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/nom_file.hpp"
 #include "acquisition/nominal.hpp"
 #include "acquisition/part_file.hpp"
 #include "acquisition/points_file.hpp"
@@ -15,6 +16,8 @@ namespace cmm::acquisition {
 
 /// Sections as they are where they lie in planes, lofted and cut elsewhere (docs/part-file.md, "Loft").
 core::Result<std::shared_ptr<const Nominal>> sections_nominal(std::vector<PointSection> sections, Span span);
+/// Sections of a nominal file with normals, tolerances and named ends. Errors: those of sections_nominal.
+core::Result<std::shared_ptr<const Nominal>> nom_nominal(NomFile file);
 /// The formulas of docs/part-file.md. Errors: config_invalid when no section can be built from the numbers.
 core::Result<std::shared_ptr<const Nominal>> parametric_nominal(const ParametricBlade& blade);
 /// Plane cuts of a closed triangle mesh.

@@ -5,6 +5,9 @@
 #include <utility>
 
 #include "acquisition/file_pattern.hpp"
+#include "acquisition/nom_file.hpp"
+#include "acquisition/tol_characteristics.hpp"
+#include "acquisition/tol_file.hpp"
 #include "core/config.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -76,15 +79,19 @@ std::vector<std::string> read_files(const ConfigTable& table) {
 NominalSpec read_nominal(const ConfigTable& table) {
     NominalSpec spec;
     if (!table.has("kind"))
-        table.complain("kind", "is missing: \"sections\", \"parametric\", \"mesh\", \"step\" or \"none\"");
-    const std::string kind = table.word("kind", "none", {"sections", "parametric", "mesh", "step", "none"});
+        table.complain("kind", "is missing: \"sections\", \"parametric\", \"mesh\", \"step\", \"nom\" or \"none\"");
+    const std::string kind = table.word("kind", "none", {"sections", "parametric", "mesh", "step", "nom", "none"});
     const std::string span = table.word("span", "auto", {"auto", "x", "y", "z"});
     spec.span = span == "x" ? Span::x : span == "y" ? Span::y : span == "z" ? Span::z : Span::automatic;
     spec.le_hint_mm = point(table, "le_hint_mm");
-    const bool from_files = kind == "sections" || kind == "mesh" || kind == "step";
+    const bool from_files = kind == "sections" || kind == "mesh" || kind == "step" || kind == "nom";
     if (kind == "sections") spec.kind = NominalKind::sections;
     if (kind == "mesh") spec.kind = NominalKind::mesh;
     if (kind == "step") spec.kind = NominalKind::step;
+    if (kind == "nom") spec.kind = NominalKind::nom;
+    spec.skip = table.texts("skip");
+    if (kind != "nom" && !spec.skip.empty()) table.complain("skip", "is for kind = \"nom\" only");
+    if (kind == "nom" && span != "auto" && span != "z") table.complain("span", "is z in a nominal file (.NOM)");
     spec.solid = table.text("solid", "");
     if (kind != "step" && table.has("solid")) table.complain("solid", "is for kind = \"step\" only");
     if (kind == "parametric") {
@@ -97,7 +104,7 @@ NominalSpec read_nominal(const ConfigTable& table) {
     if (from_files) {
         spec.files = read_files(table);
     } else if (!table.texts("files").empty()) {
-        table.complain("files", "is for kind = \"sections\", \"mesh\" and \"step\" only");
+        table.complain("files", "is for kind = \"sections\", \"mesh\", \"step\" and \"nom\" only");
     }
     if (kind != "sections" && spec.files.size() > 1)
         table.complain("files", "must name one file for this kind of nominal");
@@ -117,7 +124,7 @@ StylusSpec read_stylus(const ConfigTable& table) {
     return stylus;
 }
 
-std::vector<double> read_heights(const ConfigTable& table) {
+std::vector<double> read_heights(const ConfigTable& table, NominalKind nominal) {
     auto heights = table.numbers("heights_mm");
     const double from = table.number("from_mm", 0.0, place_mm);
     const double to = table.number("to_mm", 0.0, place_mm);
@@ -135,6 +142,7 @@ std::vector<double> read_heights(const ConfigTable& table) {
         return heights;
     }
     if (!range) {
+        if (nominal == NominalKind::nom) return heights;  // those of its sections
         table.complain("heights_mm", "is missing (or from_mm, to_mm and count)");
         return heights;
     }
@@ -154,7 +162,7 @@ constexpr double most_extra_passes = 5.0;
 
 ScanSpec read_scan(const ConfigTable& table, NominalKind nominal) {
     ScanSpec scan;
-    scan.heights_mm = read_heights(table);
+    scan.heights_mm = read_heights(table, nominal);
     scan.pitch_mm = table.number("pitch_mm", scan.pitch_mm, {0.002, 100.0});
     scan.edge_density = table.number("edge_density", scan.edge_density, {1.0, 100.0});
     scan.max_speed_mm_s = table.number("max_speed_mm_s", scan.max_speed_mm_s, {0.01, 600.0});
@@ -237,6 +245,51 @@ GateSpec read_gate(const ConfigTable& table) {
     return gate;
 }
 
+ToleranceSpec read_tolerance_table(const ConfigTable& table) {
+    ToleranceSpec spec;
+    const std::string file = table.text("file", "");
+    spec.skip = table.texts("skip");
+    if (!file.empty()) spec.file = table.resolve(file);
+    if (file.empty() && table.has("skip")) table.complain("file", "is missing: the tolerance file (.TOL)");
+    return spec;
+}
+
+/// Heights of the sections and tolerances, where files of PC-DMIS Blade say them.
+core::Status take_blade_files(PartFile& part) {
+    std::optional<NomFile> nom;
+    if (part.nominal.kind == NominalKind::nom) {
+        auto read = read_nom(part.nominal.files.at(0), part.nominal.skip);
+        if (!read) return tl::unexpected(std::move(read.error()).with_context("while reading the nominal"));
+        nom = std::move(*read);
+    }
+    if (nom && part.scan.heights_mm.empty()) {
+        for (const auto& section : nom->sections) {
+            if (section.skewed)
+                return core::fail(core::ErrorCode::config_invalid,
+                                  part.path + ": scan.heights_mm is missing: section " + section.name +
+                                      " of the nominal is skewed and has no height to be measured at");
+            part.scan.heights_mm.push_back(section.z_mm);
+        }
+        std::sort(part.scan.heights_mm.begin(), part.scan.heights_mm.end());
+    }
+    if (part.tolerance.file.empty()) return {};
+    const auto content = core::read_file(part.tolerance.file);
+    if (!content) return tl::unexpected(content.error());
+    const auto tol = parse_tol(*content, part.tolerance.file, part.tolerance.skip, nom && nom->inches);
+    if (!tol) return tl::unexpected(tol.error());
+    auto specs = characteristics_of(*tol, nom ? &*nom : nullptr, part.scan.heights_mm);
+    if (!specs) return tl::unexpected(specs.error());
+    for (auto& spec : *specs) {
+        for (const auto& other : part.gate.characteristics)
+            if (other.label == spec.label && share_a_section(other, spec))
+                return core::fail(core::ErrorCode::config_invalid,
+                                  part.path + ": \"" + spec.label + "\" is asked for by a [[characteristic]] and by " +
+                                      part.tolerance.file + ": take one of them out, or give the first a label");
+    }
+    std::move(specs->begin(), specs->end(), std::back_inserter(part.gate.characteristics));
+    return {};
+}
+
 }  // namespace
 
 core::Result<PartFile> load_part_file(const std::string& path) {
@@ -265,15 +318,17 @@ core::Result<PartFile> parse_part_file(std::string_view text, const std::string&
     part.gate.characteristics = read_characteristics(root->tables("characteristic"));
     part.alignment = read_alignment(root->table("alignment"), part.nominal.kind != NominalKind::none,
                                     part.gate.profile_mm.has_value(), part.gate.edge_profile_mm.has_value());
+    part.tolerance = read_tolerance_table(root->table("tolerance"));
     root->ignore("actual");
     if (auto status = root->finish(); !status) return tl::unexpected(std::move(status.error()));
+    if (auto status = take_blade_files(part); !status) return tl::unexpected(std::move(status.error()));
     return part;
 }
 
 core::Result<GateSpec> load_gate_file(const std::string& path) {
     const auto root = ConfigTable::load(path);
     if (!root) return tl::unexpected(root.error());
-    for (const char* other : {"part", "nominal", "stylus", "scan", "fitting", "alignment", "actual"})
+    for (const char* other : {"part", "nominal", "stylus", "scan", "fitting", "alignment", "tolerance", "actual"})
         root->ignore(other);
     if (!root->has("gate") && !root->has("characteristic"))
         root->complain("gate", "is missing: a table with profile_mm, edge_profile_mm");

@@ -17,7 +17,7 @@
 
 namespace cmm::acquisition {
 
-enum class NominalKind { sections, parametric, mesh, step, none };
+enum class NominalKind { sections, parametric, mesh, step, nom, none };
 enum class Span { automatic, x, y, z };
 
 /// The numbers of docs/part-file.md, "The parametric blade".
@@ -35,7 +35,8 @@ struct NominalSpec {
     Span span = Span::automatic;
     std::optional<Eigen::Vector2d> le_hint_mm;
     std::optional<ParametricBlade> blade;
-    std::string solid;  ///< of a STEP file: its name or number; empty: the only one
+    std::vector<std::string> skip = {};  ///< words of a nominal file (.NOM) to go on without
+    std::string solid;                   ///< of a STEP file: its name or number; empty: the only one
 };
 
 struct StylusSpec {
@@ -59,6 +60,12 @@ struct GateSpec {
     DecisionRule rule;
 };
 
+/// A tolerance file of PC-DMIS Blade; what it asks for stands with the characteristics of the gate.
+struct ToleranceSpec {
+    std::string file;               ///< empty: none
+    std::vector<std::string> skip;  ///< keywords to go on without
+};
+
 enum class CompensationMethod { surface, flat };
 
 /// How the sections are fitted and their deviations filtered; by default nothing is asked for.
@@ -80,9 +87,11 @@ struct PartFile {
     FittingSpec fitting;
     AlignmentSpec alignment;
     GateSpec gate;
+    ToleranceSpec tolerance;
 };
 
-/// Errors: input_missing, config_syntax, config_invalid (file:line:column, did you mean).
+/// Errors: input_missing, config_syntax, config_invalid (file:line:column, did you mean); of the nominal file and the
+/// tolerance file of PC-DMIS Blade, which are read here: input_missing, input_invalid.
 core::Result<PartFile> load_part_file(const std::string& path);
 core::Result<PartFile> parse_part_file(std::string_view text, const std::string& path);
 

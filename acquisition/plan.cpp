@@ -16,9 +16,7 @@ constexpr double unknown_machine_travel_mm_s = 50.0;
 
 core::Result<PlannedPath> plan_section(const PartFile& part, const NominalContour& cut, std::size_t index,
                                        double largest_speed) {
-    fitting::NominalOptions edges;
-    edges.le_hint = part.nominal.le_hint_mm;
-    const auto section = fitting::analyse_nominal(cut.points, edges);
+    const auto section = fitting::analyse_nominal(cut.points, edge_hints(part.nominal, cut));
     if (!section) {
         return core::fail(core::ErrorCode::input_invalid, "the nominal at z = " + core::fixed(cut.z_mm, 3) +
                                                               " mm is no section: " + section.error().text());

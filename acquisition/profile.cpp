@@ -3,11 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
+#include "acquisition/worst_place.hpp"
 #include "core/text.hpp"
-#include "fitting/statistics.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -15,7 +14,6 @@ namespace {
 using Eigen::Vector2d;
 using fitting::ContourPoint;
 
-constexpr double places_of_a_point = 3.0;
 constexpr double shown_share = 0.0005;  // of a zone that is not evaluable: below 0.1 % nothing is said
 constexpr const char* not_reached = "not evaluable there: the ball does not reach";
 constexpr const char* profile_method = "line profile ISO 1101, 2 max|d|, ";
@@ -23,40 +21,6 @@ constexpr const char* profile_method = "line profile ISO 1101, 2 max|d|, ";
 std::optional<double> limit_of(const ProfileZone& zone, const EvaluationOptions& options) {
     return zone.edge ? options.edge_profile_mm : options.profile_mm;
 }
-
-/// Half the 95 % interval of a deviation that is the largest of a zone: found among as many places as there are
-/// independent values of the noise, about one for three points, in each of four zones.
-double u95_of_worst(const ContourPoint& worst, double u95_mm, const SectionResult& section) {
-    constexpr double points_of_a_value = 12.0;
-    const auto used = static_cast<double>(section.points.size() - section.rejected());
-    const double k = std::max(2.0, fitting::coverage_95_of_largest(std::max(1.0, used / points_of_a_value)));
-    return 0.5 * k * (u95_mm - worst.offset_error_mm) + worst.offset_error_mm;
-}
-
-/// What lies between the largest deviation of a zone and the largest that its places may have, and have for certain.
-/// All of them share the risk (Sidak 1967), three times as many as the zone has points: the largest of a smooth random
-/// curve is that of fewer independent values, and the rest is for the places beside an edge, where the curvature jumps
-/// and the curve is farther off than the noise says (docs/theory.md).
-class ZoneGuards {
-  public:
-    ZoneGuards(const DecisionRule& rule, double coverage, double points)
-        : coverage_(coverage),
-          deviate_(fitting::upper_deviate_of_largest(rule.risk_of_look(), std::max(1.0, points))) {}
-
-    void add(const ContourPoint& place, double u95_mm, double deviation_mm) {
-        const double size = std::abs(deviation_mm), bound = place.offset_error_mm + place.bound_mm;
-        const double sigma = std::max(0.0, u95_mm - bound) / coverage_;
-        largest_ = std::max(largest_, size);
-        at_most_ = std::max(at_most_, size + deviate_ * sigma + bound);
-        at_least_ = std::max(at_least_, size - deviate_ * sigma - bound);
-    }
-    /// Of the width 2 max|d|.
-    GuardBands of_width() const { return {2.0 * (at_most_ - largest_), 2.0 * (largest_ - at_least_)}; }
-
-  private:
-    double coverage_, deviate_;
-    double largest_ = 0.0, at_most_ = 0.0, at_least_ = std::numeric_limits<double>::lowest();
-};
 
 std::string profile_method_of(const fitting::FilterSpec& filter, const std::string& frame) {
     static constexpr std::array<std::pair<fitting::FilterKind, const char*>, 3> names{
@@ -87,15 +51,13 @@ Characteristic profile(const ProfileZone& zone, const SectionResult& section, co
     std::size_t judged = 0;
     const auto in_zone = std::count_if(contour.begin(), contour.end(),
                                        [&](const ContourPoint& point) { return point.zone == zone.zone; });
-    const double used = static_cast<double>(section.points.size() - section.rejected());
-    ZoneGuards guards(options.rule, section.fit->contour_noise.coverage(),
-                      places_of_a_point * used * static_cast<double>(in_zone) / static_cast<double>(contour.size()));
+    WorstPlace places(options.rule, section, static_cast<std::size_t>(in_zone));
     for (std::size_t i = 0; i < contour.size(); ++i) {
         if (contour[i].zone != zone.zone) continue;
         ++points;
         if (!deviation.values[i]) continue;
         ++judged;
-        guards.add(contour[i], aligned_u95_mm(contour[i], compared.alignment), *deviation.values[i]);
+        places.add(contour[i], aligned_u95_mm(contour[i], compared.alignment), std::abs(*deviation.values[i]));
         if (!worst || std::abs(*deviation.values[i]) > std::abs(*deviation.values[*worst])) worst = i;
     }
     if (points == 0) return not_evaluable(zone.name, method, limit, "the contour has no such zone");
@@ -110,9 +72,9 @@ Characteristic profile(const ProfileZone& zone, const SectionResult& section, co
         c.note += "; " + note;
     if (const auto share = static_cast<double>(points - judged) / static_cast<double>(points); share > shown_share)
         c.note += "; " + core::fixed(100.0 * share, 1) + " % of it " + not_reached;
-    const auto [accept, reject] = guards.of_width();
-    c.guard_accept = accept;
-    c.guard_reject = reject;
+    const auto [accept, reject] = places.guards();  // of half the width
+    c.guard_accept = 2.0 * accept;
+    c.guard_reject = 2.0 * reject;
     decide(c, options.rule);
     return c;
 }

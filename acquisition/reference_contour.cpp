@@ -20,13 +20,20 @@ constexpr std::size_t station_count = 2400;
 constexpr double texture_mm = 5e-3;     // in a hollow less deep than this the ball's own arc is the nominal
 constexpr double undirected_mm = 1e-5;  // nearer than this the way to the foot says nothing about its normal
 
+/// Along the closed polygon up to each of its points, and all of it.
+std::vector<double> lengths_to(const std::vector<Vector2d>& points) {
+    const std::size_t n = points.size();
+    std::vector<double> length(n + 1, 0.0);
+    for (std::size_t i = 0; i < n; ++i)
+        length[i + 1] = length[i] + (points[(i + 1) % n] - points[i]).norm();
+    return length;
+}
+
 /// The lean at even shares of the contour's length: that of the point before.
 std::vector<double> leans_by_length(const NominalContour& contour) {
     const std::size_t n = contour.points.size();
     if (contour.leans_rad.size() != n) return std::vector<double>(station_count, contour.lean_rad);
-    std::vector<double> length(n + 1, 0.0);
-    for (std::size_t i = 0; i < n; ++i)
-        length[i + 1] = length[i] + (contour.points[(i + 1) % n] - contour.points[i]).norm();
+    const auto length = lengths_to(contour.points);
     std::vector<double> leans;
     std::size_t i = 0;
     for (std::size_t k = 0; k < station_count; ++k) {
@@ -54,6 +61,22 @@ ReferenceContour::ReferenceContour(const NominalContour& contour, fitting::Close
         stations_.push_back(
             {jet.position, jet.right_normal(), fitting::lean_error(ball_radius_mm, leans[i]).in_plane_mm, reached});
     }
+    if (contour.tolerances.size() != points_.size()) return;
+    tolerances_ = contour.tolerances;
+    tolerance_share_ = lengths_to(points_);
+    const double length = tolerance_share_.back();
+    for (double& share : tolerance_share_)
+        share /= length;
+}
+
+PointTolerance ReferenceContour::tolerance_at(double s_mm) const {
+    const double share = curve_.wrap(s_mm) / curve_.length();
+    const auto after = std::upper_bound(tolerance_share_.begin() + 1, tolerance_share_.end() - 1, share);
+    const auto i = static_cast<std::size_t>(after - tolerance_share_.begin()) - 1;
+    const double span = tolerance_share_[i + 1] - tolerance_share_[i];
+    const double w = span > 0.0 ? std::clamp((share - tolerance_share_[i]) / span, 0.0, 1.0) : 0.0;
+    const PointTolerance &a = tolerances_[i], &b = tolerances_[(i + 1) % tolerances_.size()];
+    return {(1.0 - w) * a.below_mm + w * b.below_mm, (1.0 - w) * a.above_mm + w * b.above_mm};
 }
 
 double ReferenceContour::station_mm(std::size_t i) const {

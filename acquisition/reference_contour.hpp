@@ -42,6 +42,11 @@ class ReferenceContour {
     Comparison compare(const Eigen::Vector2d& position_mm, const Eigen::Vector2d& normal,
                        std::optional<double> near_mm) const;
 
+    /// Whether the nominal has tolerances at its points.
+    bool has_tolerances() const { return !tolerances_.empty(); }
+    /// At an arc length, linear between the nominal's points. Only with tolerances.
+    PointTolerance tolerance_at(double s_mm) const;
+
   private:
     struct Station {
         Eigen::Vector2d position, normal;
@@ -64,6 +69,8 @@ class ReferenceContour {
     fitting::ClosedCurve curve_;
     std::vector<fitting::Hollow> hollows_;
     std::vector<Station> stations_;
+    std::vector<PointTolerance> tolerances_;  // at each point
+    std::vector<double> tolerance_share_;     // of the length, where; ends with 1
 };
 
 }  // namespace cmm::acquisition

@@ -24,9 +24,7 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
 
     auto contour = nominal->cut(z_mm);
     if (!contour) return tl::unexpected(contour.error());
-    fitting::NominalOptions options;
-    options.le_hint = part.nominal.le_hint_mm;
-    auto analysed = fitting::analyse_nominal(contour->points, options);
+    auto analysed = fitting::analyse_nominal(contour->points, edge_hints(part.nominal, *contour));
     if (!analysed) {
         return core::fail(core::ErrorCode::input_invalid,
                           "the nominal at z " + core::fixed(z_mm, 3) + " mm: " + analysed.error().text());

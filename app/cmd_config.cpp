@@ -17,14 +17,15 @@ namespace {
 
 constexpr const char* part_keys = R"(part file (docs/part-file.md):
   [part]    name, kind = "blade", serial
-  [nominal] kind = "sections" | "parametric" | "mesh" | "step" | "none", files, solid (of a STEP file),
-            span = "auto" | "x" | "y" | "z", le_hint_mm
+  [nominal] kind = "sections" | "parametric" | "mesh" | "step" | "nom" | "none", files, solid (of a STEP file),
+            skip (of a .NOM file), span = "auto" | "x" | "y" | "z", le_hint_mm
   [nominal.blade] chord_root_mm, chord_tip_mm, thickness_root_mm, thickness_tip_mm, camber_deg, stagger_root_deg,
             stagger_tip_deg, le_radius_mm, te_radius_mm, lean_x_deg, lean_y_deg, z_root_mm, z_tip_mm
   [stylus]  radius_mm, shank_radius_mm, length_mm
   [scan]    heights_mm or from_mm, to_mm, count; pitch_mm, edge_density, max_speed_mm_s, clearance_mm, approach_mm,
             search_mm, wait_s, stop_when_rejected; without a nominal: start_mm, toward_mm, box_mm
   [gate]    profile_mm, edge_profile_mm
+  [tolerance] file (.TOL), skip
   [[characteristic]] name, method, label, sections, nominal_*, tolerance_* or lower_* and upper_* (mm, deg, mm2 or nothing);
             distance_mm, near_mm, far_mm, reference, direction_deg
   [actual]  (simulation) kind, files, span, noise_um, bad_points_percent, thicken_mm, twist_deg, shift_mm; [actual.blade]
@@ -50,6 +51,8 @@ std::string kind_text(acquisition::NominalKind kind) {
             return "mesh";
         case acquisition::NominalKind::step:
             return "step";
+        case acquisition::NominalKind::nom:
+            return "nom";
         case acquisition::NominalKind::none:
             return "none";
     }

@@ -68,20 +68,21 @@ void read_actual(const ConfigTable& actual, PartNumbers& numbers) {
 
 /// [nominal] with its other keys, so that a misspelt one is found here too; its geometry when `wanted`.
 GeometrySource read_nominal(const ConfigTable& nominal, bool wanted) {
-    const std::string kind = nominal.word("kind", "none", {"sections", "parametric", "mesh", "step", "none"});
+    const std::string kind = nominal.word("kind", "none", {"sections", "parametric", "mesh", "step", "nom", "none"});
     nominal.text("solid", "");
+    nominal.texts("skip");
     const auto hint = nominal.numbers("le_hint_mm");
     if (nominal.has("le_hint_mm") && hint.size() != 2) nominal.complain("le_hint_mm", "must be [x, y]");
-    if (kind != "none" && kind != "step") return read_source(nominal, kind);
+    if (kind != "none" && kind != "step" && kind != "nom") return read_source(nominal, kind);
     nominal.texts("files");
     nominal.word("span", "auto", {"x", "y", "z", "auto"});
     if (wanted && kind == "none")
         nominal.complain("kind",
                          "is \"none\" and [actual] has no geometry: there is nothing to simulate; give actual.kind");
-    if (wanted && kind == "step")
-        nominal.complain("kind",
-                         "is \"step\", which the simulator does not read: give actual.kind, for example "
-                         "\"mesh\" with an STL of the part");
+    if (wanted && (kind == "step" || kind == "nom"))
+        nominal.complain("kind", "is \"" + kind +
+                                     "\", which the simulator does not read: give actual.kind, for example "
+                                     "\"mesh\" with an STL of the part");
     return {};
 }
 
@@ -95,7 +96,7 @@ Result<Part> load_part(const std::string& part_file) {
     numbers.part.name = part.required_text("name");
     part.word("kind", "blade", {"blade"});
     part.text("serial", "");
-    for (const char* of_the_host : {"scan", "fitting", "alignment", "gate", "characteristic"})
+    for (const char* of_the_host : {"scan", "fitting", "alignment", "gate", "tolerance", "characteristic"})
         root->ignore(of_the_host);
     read_stylus(root->table("stylus"), numbers.part);
     const ConfigTable actual = root->table("actual");
