@@ -31,6 +31,9 @@ core::Result<std::string> report_pdf(const PartResult& part);
 std::string qif_xml(const PartResult& part);
 /// Q-DAS AQDEF, description and values in K fields: every characteristic of every section once.
 std::string dfq_text(const PartResult& part);
+/// DMIS output (ISO 22093): sections and edges as features, what has limits as tolerances with deviations; millimetres
+/// and degrees.
+std::string dmis_output(const PartResult& part);
 /// The table that ends a run in a terminal, then the verdict with a line for every cause.
 std::string summary_text(const PartResult& part);
 /// "accept", "reject", "undecided", or "done" for a part without requirements.
@@ -41,6 +44,7 @@ core::Status export_json(const PartResult& part, const std::string& file);
 core::Status export_html(const PartResult& part, const std::string& file);
 core::Status export_pdf(const PartResult& part, const std::string& file);
 core::Status export_dfq(const PartResult& part, const std::string& file);
+core::Status export_dmis(const PartResult& part, const std::string& file);
 core::Status export_qif(const PartResult& part, const std::string& file);
 /// The map of deviations as a picture of its own. Errors also: input_invalid (no section is compared with a nominal).
 core::Status export_svg(const PartResult& part, const std::string& file);
