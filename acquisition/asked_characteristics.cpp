@@ -158,7 +158,7 @@ std::optional<SectionPlacement> AskedCharacteristics::placement() {
 
 Characteristic AskedCharacteristics::by_best_fit(const CharacteristicSpec& spec) {
     const auto& fit = best_fit();
-    if (fit && is_profile_form(spec.kind)) return form_(spec.kind, *fit);
+    if (fit && is_profile_form(spec.kind)) return form_(spec, *fit);
     Characteristic c;
     c.unit = unit_of(spec.kind);
     c.method = is_profile_form(spec.kind) ? "line profile ISO 1101, 2 max|d|, after the best fit"

@@ -24,7 +24,7 @@ class AskedCharacteristics {
     /// `form`: the deviation profile of a zone after the best fit, given how points go to the nominal's frame; only
     /// called with a nominal. `deviation_mm`: as of the result, empty without a nominal. `datum`: by which the section
     /// was carried into the nominal's frame, where it was; outlives this.
-    using FormProfile = std::function<Characteristic(CharacteristicKind, const fitting::BestFit&)>;
+    using FormProfile = std::function<Characteristic(const CharacteristicSpec&, const fitting::BestFit&)>;
     AskedCharacteristics(fitting::MeasuredSection& section, std::span<const std::optional<double>> deviation_mm,
                          const fitting::NominalSection* nominal, FormProfile form, const DecisionRule& rule,
                          const fitting::Datum* datum = nullptr);

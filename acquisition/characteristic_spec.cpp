@@ -184,6 +184,10 @@ void read_places(const ConfigTable& table, CharacteristicSpec& spec) {
         spec.direction_rad = core::rad_from_deg(table.number("direction_deg", 90.0, {-360.0, 360.0}));
     }
     if (spec.kind == Kind::points_out) read_zone(table, spec);
+    if (is_profile_form(spec.kind)) {
+        if (table.has("le_change_mm")) spec.le_change_mm = table.required_number("le_change_mm", distance);
+        if (table.has("te_change_mm")) spec.te_change_mm = table.required_number("te_change_mm", distance);
+    }
     if (is_of_part(spec.kind)) read_ends(table, spec);
     if (belac) spec.direction_rad = core::rad_from_deg(table.required_number("direction_deg", {-360.0, 360.0}));
 }

@@ -77,8 +77,10 @@ struct CharacteristicSpec {
     std::optional<std::size_t> root, tip, reference_section;  ///< absent: the lowest, the highest, the root
     fitting::Zone side = fitting::Zone::suction;              ///< of a generatrix
     std::optional<fitting::Zone> zone;                        ///< of points_out; absent: all of them
-    std::optional<double> width_mm;                           ///< of its tolerance zone; absent: that of the gate
-    double share = 0.0;                                       ///< of the side's length, from the LE
+    /// Of profile_form_*: how far from its nose LE and TE reach; absent: as far as the contour's edges do.
+    std::optional<double> le_change_mm, te_change_mm;
+    std::optional<double> width_mm;      ///< of its tolerance zone; absent: that of the gate
+    double share = 0.0;                  ///< of the side's length, from the LE
     std::optional<double> nominal;       ///< absent: that of the nominal section, by the same method
     std::optional<double> below, above;  ///< tolerance: lowest and highest deviation from the nominal
     std::vector<std::size_t> sections;   ///< by index; empty: all

@@ -12,6 +12,7 @@
 #include "acquisition/profile.hpp"
 #include "acquisition/section_sizes.hpp"
 #include "acquisition/span_point.hpp"
+#include "core/text.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -19,35 +20,69 @@ namespace {
 using fitting::ContourPoint;
 using fitting::Zone;
 
-/// The profiles after the best fit: the contour is carried into the frame of the nominal, once for all zones.
+/// The profiles after the best fit: the contour is carried into the frame of the nominal, once for all zones that end
+/// at the same places.
 class FormProfiles {
   public:
     /// `contour`: of which the best fit is.
     FormProfiles(const SectionResult& section, const std::vector<ContourPoint>& contour,
-                 const ReferenceContour* nominal, const EvaluationOptions& options)
-        : section_(section), contour_(contour), nominal_(nominal) {
+                 const ReferenceContour* nominal, const fitting::NominalSection* curve,
+                 const EvaluationOptions& options)
+        : section_(section), contour_(contour), nominal_(nominal), curve_(curve) {
         unlimited_.filters = options.filters;
         unlimited_.rule = options.rule;
     }
 
-    Characteristic of(CharacteristicKind kind, const fitting::BestFit& fit) {
-        if (moved_.empty()) compare(fit);
+    Characteristic of(const CharacteristicSpec& spec, const fitting::BestFit& fit) {
+        const Changes changes{spec.le_change_mm, spec.te_change_mm};
+        if (moved_.empty() || changes != changes_) compare(fit, changes);
         constexpr std::array zones{Zone::le, Zone::suction, Zone::te, Zone::pressure};
         const auto first = static_cast<std::size_t>(CharacteristicKind::profile_form_le);
-        const Zone zone = zones[static_cast<std::size_t>(kind) - first];
+        const Zone zone = zones[static_cast<std::size_t>(spec.kind) - first];
         const auto& of_zone = *std::find_if(profile_zones.begin(), profile_zones.end(),
                                             [&](const ProfileZone& z) { return z.zone == zone; });
-        return profile(of_zone, section_, {moved_, filtered_, unaligned_, "after the best fit of the section"},
-                       unlimited_);
+        return profile(of_zone, section_, {moved_, filtered_, unaligned_, frame()}, unlimited_);
     }
 
   private:
-    void compare(const fitting::BestFit& fit) {
+    /// How far from their noses LE and TE reach.
+    using Changes = std::array<std::optional<double>, 2>;
+
+    std::string frame() const {
+        std::string text = "after the best fit of the section";
+        for (std::size_t k = 0; k < changes_.size(); ++k)
+            if (changes_[k])
+                text +=
+                    std::string(k == 0 ? ", LE" : ", TE") + " to " + core::fixed(*changes_[k], 3) + " mm from its nose";
+        return text;
+    }
+
+    /// Within that distance of the nominal's nose is the edge, beyond it the side.
+    void change_zones() {
+        const std::array edges{Zone::le, Zone::te};
+        const std::array noses{curve_->le_point(), curve_->te_point()};
+        std::optional<double> near_mm;
+        for (auto& point : moved_) {
+            const double s_mm = curve_->curve().closest(point.position_mm, near_mm).s_mm;
+            near_mm = s_mm;
+            for (std::size_t k = 0; k < edges.size(); ++k) {
+                if (!changes_[k]) continue;
+                if ((point.position_mm - noses[k]).norm() <= *changes_[k])
+                    point.zone = edges[k];
+                else if (point.zone == edges[k])
+                    point.zone = curve_->side_at(s_mm);
+            }
+        }
+    }
+
+    void compare(const fitting::BestFit& fit, const Changes& changes) {
+        changes_ = changes;
         moved_ = contour_;
         for (auto& point : moved_) {
             point.position_mm = fit.motion.undo(point.position_mm);
             point.normal = fit.motion.undo_on_direction(point.normal);
         }
+        change_zones();
         auto compared = moved_;  // takes the offset error of the nominal's lean, which the contour has already
         filtered_ = fitting::filter_zones(moved_, nominal_->compare(compared), unlimited_.filters);
     }
@@ -55,6 +90,8 @@ class FormProfiles {
     const SectionResult& section_;
     const std::vector<ContourPoint>& contour_;
     const ReferenceContour* nominal_;
+    const fitting::NominalSection* curve_;
+    Changes changes_;
     EvaluationOptions unlimited_;
     Alignment unaligned_;
     std::vector<ContourPoint> moved_;
@@ -72,8 +109,8 @@ void replace_or_add(Characteristic c, SectionResult& section) {
 
 void add_asked(SectionResult& section, fitting::MeasuredSection& measured, const ReferenceContour* nominal,
                const fitting::NominalSection* curve, const EvaluationOptions& options, const fitting::Datum* datum) {
-    FormProfiles forms(section, measured.fit().contour, nominal, options);
-    const auto form = [&](CharacteristicKind kind, const fitting::BestFit& fit) { return forms.of(kind, fit); };
+    FormProfiles forms(section, measured.fit().contour, nominal, curve, options);
+    const auto form = [&](const CharacteristicSpec& spec, const fitting::BestFit& fit) { return forms.of(spec, fit); };
     AskedCharacteristics asked(measured, section.deviation_mm, nominal != nullptr ? curve : nullptr, form, options.rule,
                                datum);
     for (const auto& spec : options.asked) {

@@ -19,7 +19,7 @@ tl::unexpected<core::Error> wrong_at(const std::string& place, const std::string
 bool is_same_requirement(const CharacteristicSpec& a, const CharacteristicSpec& b) {
     return a.kind == b.kind && a.label == b.label && a.distance_mm == b.distance_mm && a.near_mm == b.near_mm &&
            a.far_mm == b.far_mm && a.nominal == b.nominal && a.below == b.below && a.above == b.above &&
-           a.root == b.root && a.tip == b.tip;
+           a.root == b.root && a.tip == b.tip && a.le_change_mm == b.le_change_mm && a.te_change_mm == b.te_change_mm;
 }
 
 class TolSections {
@@ -148,6 +148,10 @@ class TolSections {
                                                  (leading ? "LE_ANGOFFSET" : "TE_ANGOFFSET"));
             spec.near_mm = offsets->numbers[0];
             spec.far_mm = offsets->numbers[1];
+        }
+        if (is_profile_form(spec.kind)) {
+            if (const TolEntry* change = find(TolWord::le_change)) spec.le_change_mm = change->numbers[0];
+            if (const TolEntry* change = find(TolWord::te_change)) spec.te_change_mm = change->numbers[0];
         }
         if (is_of_part(spec.kind)) {
             if (auto status = end_of(find(TolWord::root_section), spec.root); !status)

@@ -26,6 +26,8 @@ constexpr std::array known_words{KnownWord{"LE_OFFSET", TolWord::le_offset, true
                                  KnownWord{"TE_OFFSET", TolWord::te_offset, true},
                                  KnownWord{"LE_ANGOFFSET", TolWord::le_angle_offsets},
                                  KnownWord{"TE_ANGOFFSET", TolWord::te_angle_offsets},
+                                 KnownWord{"LE_CHANGE", TolWord::le_change},
+                                 KnownWord{"TE_CHANGE", TolWord::te_change},
                                  KnownWord{"ROOTSECT", TolWord::root_section},
                                  KnownWord{"TIPSECT", TolWord::tip_section},
                                  KnownWord{"CHORD", TolWord::calculation},

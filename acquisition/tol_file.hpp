@@ -20,6 +20,8 @@ enum class TolWord : std::uint8_t {
     te_offset,
     le_angle_offsets,  ///< the two distances of LEANGLE
     te_angle_offsets,
+    le_change,  ///< how far LE reaches for the profiles after the best fit
+    te_change,
     root_section,
     tip_section,
     calculation,  ///< a characteristic with its tolerance

@@ -15,6 +15,10 @@ bool NominalSection::inside(const ZoneSpan& span, double s_mm) const {
 Zone NominalSection::zone_at(double s_mm) const {
     if (inside(le_, s_mm)) return Zone::le;
     if (inside(te_, s_mm)) return Zone::te;
+    return side_at(s_mm);
+}
+
+Zone NominalSection::side_at(double s_mm) const {
     const bool after_le = curve_.ahead(le_mm_, s_mm) < curve_.ahead(le_mm_, te_mm_);
     return after_le == suction_after_le_ ? Zone::suction : Zone::pressure;
 }

@@ -26,6 +26,7 @@ class NominalSection {
   public:
     const ClosedCurve& curve() const { return curve_; }
     Zone zone_at(double s_mm) const;
+    Zone side_at(double s_mm) const;         ///< suction or pressure, parted at the noses
     double le_mm() const { return le_mm_; }  ///< arc length of the LE nose
     double te_mm() const { return te_mm_; }
     Vec2 le_point() const { return curve_.position(le_mm_); }

@@ -5,6 +5,8 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <functional>
+#include <map>
 #include <string>
 
 #include "acquisition/evaluation.hpp"
@@ -37,15 +39,16 @@ std::string error_of(const std::string& characteristics) {
     return part ? "" : part.error().message;
 }
 
-/// The synthetic blade thicker by `more` all round, turned and moved.
+/// The synthetic blade thicker by `more` all round and off by `form` besides, turned and moved.
 SectionResult judged(const std::vector<CharacteristicSpec>& specs, double more, double turn_rad,
-                     const Eigen::Vector2d& shift, bool with_nominal = true) {
+                     const Eigen::Vector2d& shift, bool with_nominal = true,
+                     const std::function<double(const fitting::ContourPoint&)>& form = {}) {
     const Shape shape;
     const Section section(shape);
     const auto nominal = fitting::analyse_nominal(synthetic::positions(section.contour()));
     EXPECT_TRUE(nominal);
     const auto plain = synthetic::reference(section, 0.0);
-    auto fit = synthetic::fit_of(section, shape, [&](const auto&) { return more; });
+    auto fit = synthetic::fit_of(section, shape, [&](const auto& point) { return more + (form ? form(point) : 0.0); });
     const Eigen::Rotation2Dd turn(turn_rad);
     // About the nominal's centre of area, as the best fit tells it.
     const auto of_nominal = section_of_nominal(*nominal);
@@ -222,6 +225,39 @@ tolerance_mm = 0.01
     EXPECT_LT(*form->value, 2e-3);
     EXPECT_GT(*both->value, 0.1);
     EXPECT_EQ(form->decision, Decision::accept);
+}
+
+TEST(AskedCharacteristics, FormZonesEndWhereTheyAreToldTo) {
+    // A bump of 20 um on the suction side, 4 mm from the leading edge.
+    const Section section{Shape()};
+    const auto bump = [&](const fitting::ContourPoint& point) {
+        const double far_mm = (point.position_mm - section.nose()).norm();
+        return point.zone == fitting::Zone::suction ? 0.02 * std::exp(-std::pow((far_mm - 4.0) / 0.5, 2)) : 0.0;
+    };
+    const auto forms = [&](const std::string& keys) {
+        std::string text;
+        for (const char* zone : {"le", "suction", "te", "pressure"})
+            text +=
+                "[[characteristic]]\nname = \"profile_form_" + std::string(zone) + "\"\ntolerance_mm = 0.03\n" + keys;
+        const auto result = judged(asked(text), 0.0, rad_from_deg(0.2), {0.03, -0.02}, true, bump);
+        std::map<std::string, double> values;
+        for (const char* zone : {"le", "suction", "te", "pressure"})
+            values[zone] = result.find("profile_form_" + std::string(zone))->value.value_or(-1.0);
+        return values;
+    };
+    auto by_edges = forms("");
+    EXPECT_LT(by_edges["le"], 0.005);
+    EXPECT_NEAR(by_edges["suction"], 0.04, 0.003);
+    auto reaching = forms("le_change_mm = 6\nte_change_mm = 1\n");
+    EXPECT_NEAR(reaching["le"], 0.04, 0.003);
+    EXPECT_LT(reaching["suction"], 0.005);
+    EXPECT_GE(reaching["te"], 0.0);
+    // Short of the bump, and shorter than the edge itself: what is left of that is side.
+    auto short_edge = forms("le_change_mm = 0.1\n");
+    EXPECT_NEAR(short_edge["suction"], 0.04, 0.003);
+    EXPECT_LT(short_edge["le"], 0.005);
+    EXPECT_NE(error_of("[[characteristic]]\nname = \"chord\"\nle_change_mm = 2\n").find("le_change_mm"),
+              std::string::npos);
 }
 
 TEST(AskedCharacteristics, SayWhyTheyCannotBeEvaluated) {

@@ -35,7 +35,7 @@ CharacteristicSpec spec(const std::vector<CharacteristicSpec>& specs, const std:
 TEST(TolFile, TolerancesOfAllSectionsAndOfSingleOnes) {
     const auto specs = asked(
         "NUM_SECT 3\n"
-        "LE_OFFSET 1.0\nLE_OFFSET2 2.5\nLE_ANGOFFSET 1 4\nROOTSECT A-A\nTIPSECT C-C\n"
+        "LE_OFFSET 1.0\nLE_OFFSET2 2.5\nLE_ANGOFFSET 1 4\nROOTSECT A-A\nTIPSECT C-C\nTE_CHANGE 1.5\n"
         "CHORD 0.05 -0.03\nMAXTHK 0.02 -0.02 6.1\nLETHCK 0.04 -0.04\nLETHCK2 0.06 -0.06\n"
         "TETHCK 0.05 -0.05\nLEANGLE 0.5 -0.25\nTWIST 0.25 -0.25\nLECONT 0.08 0\nBOWT 0.1 0\n"
         "SECTION B-B\nCHORD 0.07 -0.07\nLE_OFFSET 1.4\n"
@@ -64,6 +64,8 @@ TEST(TolFile, TolerancesOfAllSectionsAndOfSingleOnes) {
     EXPECT_DOUBLE_EQ(angle.far_mm, 4.0);
     EXPECT_DOUBLE_EQ(*spec(*specs, "twist", 0).above, core::rad_from_deg(0.25));
     EXPECT_DOUBLE_EQ(*spec(*specs, "profile_form_le", 0).above, 0.08);
+    EXPECT_DOUBLE_EQ(*spec(*specs, "profile_form_le", 0).te_change_mm, 1.5);
+    EXPECT_FALSE(spec(*specs, "profile_form_le", 0).le_change_mm);
     const auto bow = spec(*specs, "bow_true_position", 1);
     EXPECT_EQ(bow.root, 0U);
     EXPECT_EQ(bow.tip, 2U);
@@ -79,11 +81,11 @@ TEST(TolFile, InchesAreThoseOfTheFileOrOfTheNominal) {
 }
 
 TEST(TolFile, WhatIsNotEvaluatedIsAnErrorUnlessItIsSkipped) {
-    const std::string text = "CHORD 0.05 -0.05\nLE_CHANGE 2\nEXCLUDE1 3\n";
+    const std::string text = "CHORD 0.05 -0.05\nLE_RADII 2\nEXCLUDE1 3\n";
     const auto refused = asked(text);
     ASSERT_FALSE(refused);
-    EXPECT_TRUE(refused.error().message.starts_with("b.tol:2:1: LE_CHANGE is not evaluated")) << refused.error().text();
-    const auto skipped = asked(text, {"le_change", "EXCLUDE1"});
+    EXPECT_TRUE(refused.error().message.starts_with("b.tol:2:1: LE_RADII is not evaluated")) << refused.error().text();
+    const auto skipped = asked(text, {"le_radii", "EXCLUDE1"});
     ASSERT_TRUE(skipped) << skipped.error().text();
     EXPECT_EQ(skipped->size(), 1U);
 }
