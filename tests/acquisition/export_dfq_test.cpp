@@ -36,15 +36,7 @@ Fields read_back(const std::string& text) {
 
 TEST(Dfq, IsReadBackAsItWas) {
     auto part = part_of({section_at(0, 0.0), section_at(1, 0.2), open_section(2)});
-    Characteristic angle;
-    angle.name = "stagger";
-    angle.method = "a method\r\nof two lines";
-    angle.value = 0.5;
-    angle.u95 = 0.001;
-    angle.unit = Unit::rad;
-    angle.nominal = 0.49;
-    angle.lower = 0.4;
-    angle.upper = 0.6;
+    const auto angle = stagger_of("a method\r\nof two lines", 0.6);
     part.sections[0].characteristics.push_back(angle);
     const auto fields = read_back(dfq_text(part));
     const auto text = [&](const std::string& key, int number) {

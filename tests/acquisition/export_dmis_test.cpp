@@ -87,15 +87,8 @@ class DmisReader {
 /// The decisions are those of the rule; the file has the numbers of result.json.
 TEST(Dmis, IsReadBackWithTheNumbersOfTheResult) {
     auto part = part_of({section_at(0, 0.0), section_at(1, 0.2), open_section(2)});
-    Characteristic angle;
-    angle.name = "stagger";
-    angle.method = "it's, a method of 'many' words, long enough, to be written, on more than one line, of 80 letters";
-    angle.value = 0.5;
-    angle.u95 = 0.001;
-    angle.unit = Unit::rad;
-    angle.nominal = 0.49;
-    angle.lower = 0.4;
-    angle.upper = 0.501;
+    auto angle = stagger_of(
+        "it's, a method of 'many' words, long enough, to be written, on more than one line, of 80 letters", 0.501);
     angle.decision = Decision::undecided;
     part.sections[0].characteristics.push_back(angle);
     part.sections[0].characteristics.push_back(reported("area, 1", "Green", 0.123, 0.001, {}));

@@ -43,6 +43,20 @@ inline PartResult part_of(std::vector<SectionResult> sections) {
     return part;
 }
 
+/// An angle with nominal and limits, rad.
+inline Characteristic stagger_of(const std::string& method, double upper_rad) {
+    Characteristic angle;
+    angle.name = "stagger";
+    angle.method = method;
+    angle.value = 0.5;
+    angle.u95 = 0.001;
+    angle.unit = Unit::rad;
+    angle.nominal = 0.49;
+    angle.lower = 0.4;
+    angle.upper = upper_rad;
+    return angle;
+}
+
 /// Adds what needs several sections: of the part, of one of its sections, and one that is not evaluable.
 inline void add_of_part(PartResult& part) {
     const auto one = [](const char* name, Unit unit, std::optional<double> value) {
