@@ -75,12 +75,14 @@ NominalContour contour_from(double z_mm, const std::vector<CutPoint>& cut) {
         const Vector2d along = cut[(i + 1) % n].position_mm - cut[(i + n - 1) % n].position_mm;
         const Eigen::Vector3d normal = Eigen::Vector3d(along.x(), along.y(), 0.0).cross(cut[i].spanwise);
         const double size = normal.norm();
-        contour.leans_rad.push_back(size > 0.0 ? std::asin(std::min(1.0, std::abs(normal.z()) / size)) : 0.0);
-        contour.lean_rad = std::max(contour.lean_rad, contour.leans_rad.back());
+        contour.leans_rad.push_back(size > 0.0 ? std::asin(std::clamp(normal.z() / size, -1.0, 1.0)) : 0.0);
+        contour.lean_rad = std::max(contour.lean_rad, std::abs(contour.leans_rad.back()));
     }
     if (signed_area(contour.points) < 0.0) {
         std::reverse(contour.points.begin(), contour.points.end());
         std::reverse(contour.leans_rad.begin(), contour.leans_rad.end());
+        for (double& lean : contour.leans_rad)
+            lean = -lean;  // the normals pointed inwards
     }
     return contour;
 }

@@ -23,7 +23,7 @@ std::vector<double> dense_parameters(const std::function<Eigen::Vector2d(double)
 
 double signed_area(const std::vector<Eigen::Vector2d>& polygon) noexcept;
 /// The contour counter-clockwise with its lean (angle between the surface normal and the section plane, largest over
-/// all points; also by point).
+/// all points; also by point, with its sign).
 NominalContour contour_from(double z_mm, const std::vector<CutPoint>& cut);
 
 }  // namespace cmm::acquisition

@@ -77,6 +77,7 @@ std::string final_payload(const SectionResult& section, std::optional<double> la
         .add("closed", section.fit && section.fit->closed)
         .add("latency_ms", latency_ms, 3)
         .add("compensation", acquisition::to_string(section.compensation.state))
+        .add("method", fitting::to_string(section.compensation.method()))
         .add("alignment", acquisition::to_string(section.alignment.state));
     if (!section.why.empty()) fields.add("why", section.why);
     return fields.text();
@@ -88,6 +89,7 @@ std::string revised_payload(const SectionResult& section) {
     fields.add("section", section.index)
         .add("z_mm", section.z_mm, count_digits)
         .add("compensation", acquisition::to_string(compensation.state))
+        .add("method", fitting::to_string(compensation.method()))
         .add("alignment", acquisition::to_string(section.alignment.state))
         .add("share", compensation.share, count_digits)
         .add("change_mm", compensation.change_mm, fine_digits);

@@ -22,8 +22,8 @@ struct PointTolerance {
 struct NominalContour {
     double z_mm = 0.0;
     std::vector<Eigen::Vector2d> points;
-    /// Largest angle of the surface to the section plane's normal direction in this plane (A22), and that at each point
-    /// (none: it is the largest one everywhere).
+    /// Largest angle of the surface's normal to this plane (A22), and that at each point, positive where the outward
+    /// normal points upwards (none: it is the largest one everywhere, and its sign unknown).
     double lean_rad = 0.0;
     std::vector<double> leans_rad;
     std::vector<PointTolerance> tolerances = {};            ///< at each point; empty: the nominal has none

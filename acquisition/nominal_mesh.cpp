@@ -7,6 +7,7 @@
 #include "acquisition/contour_sampling.hpp"
 #include "acquisition/nominal_kinds.hpp"
 #include "core/text.hpp"
+#include "fitting/vec2.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -27,13 +28,13 @@ constexpr std::size_t median_reach = 10;  // steps to either side: half a millim
 struct Crossing {
     Vector2d position_mm;
     std::array<std::uint32_t, 2> next{};
-    std::array<double, 2> lean_rad{};
+    std::array<Eigen::Vector3d, 2> normal{};
     int links = 0;
 };
 
 struct Loop {
     std::vector<Vector2d> points;
-    std::vector<double> lean_rad;  // of the segment from each point on
+    std::vector<Eigen::Vector3d> normal;  // of the segment from each point on: unit, or zero; any sense
 };
 
 class PlaneCut {
@@ -77,8 +78,8 @@ class PlaneCut {
         const Eigen::Vector3d& p = mesh_.vertices[t[0]];
         const Eigen::Vector3d normal = (mesh_.vertices[t[1]] - p).cross(mesh_.vertices[t[2]] - p);
         const double size = normal.norm();
-        const double lean = size > 0.0 ? std::asin(std::min(1.0, std::abs(normal.z()) / size)) : 0.0;
-        return link(ends[0], ends[1], lean) && link(ends[1], ends[0], lean);
+        const Eigen::Vector3d unit = size > 0.0 ? Eigen::Vector3d(normal / size) : Eigen::Vector3d(0.0, 0.0, 0.0);
+        return link(ends[0], ends[1], unit) && link(ends[1], ends[0], unit);
     }
 
     std::uint32_t crossing(std::uint32_t low, std::uint32_t high) {
@@ -92,12 +93,12 @@ class PlaneCut {
         return at->second;
     }
 
-    bool link(std::uint32_t from, std::uint32_t to, double lean) {
+    bool link(std::uint32_t from, std::uint32_t to, const Eigen::Vector3d& normal) {
         auto& crossing = crossings_[from];
         if (crossing.links == 2) return false;
         const auto slot = static_cast<std::size_t>(crossing.links++);
         crossing.next.at(slot) = to;
-        crossing.lean_rad.at(slot) = lean;
+        crossing.normal.at(slot) = normal;
         return true;
     }
 
@@ -110,7 +111,7 @@ class PlaneCut {
             // Forwards: not back to where we came from (both links go to the same place in a loop of two).
             const std::size_t slot = here != start && crossing.next[0] == before ? 1 : 0;
             loop.points.push_back(crossing.position_mm);
-            loop.lean_rad.push_back(crossing.lean_rad.at(slot));
+            loop.normal.push_back(crossing.normal.at(slot));
             before = here;
             here = crossing.next.at(slot);
         } while (here != start);
@@ -123,12 +124,20 @@ class PlaneCut {
     std::vector<Crossing> crossings_;
 };
 
+/// Of the segment from a point on, positive where its outward normal points upwards; the loop is counter-clockwise.
+double lean_at(const Loop& loop, std::size_t i) {
+    const Vector2d along = loop.points[(i + 1) % loop.points.size()] - loop.points[i];
+    const Eigen::Vector3d& normal = loop.normal[i];
+    const double lean = std::asin(std::clamp(normal.z(), -1.0, 1.0));
+    return fitting::right_normal(along).dot(normal.head<2>()) < 0.0 ? -lean : lean;
+}
+
 double lean_of(const Loop& loop) {
     std::vector<std::pair<double, double>> parts;  // lean, length
     double total = 0.0;
     for (std::size_t i = 0; i < loop.points.size(); ++i) {
         const double length = (loop.points[(i + 1) % loop.points.size()] - loop.points[i]).norm();
-        parts.emplace_back(loop.lean_rad[i], length);
+        parts.emplace_back(std::abs(lean_at(loop, i)), length);
         total += length;
     }
     std::sort(parts.begin(), parts.end(), std::greater<>());
@@ -144,17 +153,17 @@ double lean_of(const Loop& loop) {
 void tidy(Loop& loop) {
     if (signed_area(loop.points) < 0.0) {
         std::reverse(loop.points.begin() + 1, loop.points.end());
-        std::reverse(loop.lean_rad.begin(), loop.lean_rad.end());
+        std::reverse(loop.normal.begin(), loop.normal.end());
     }
     Loop kept;
     for (std::size_t i = 0; i < loop.points.size(); ++i) {
         if (!kept.points.empty() && (loop.points[i] - kept.points.back()).norm() <= same_corner_mm) continue;
         kept.points.push_back(loop.points[i]);
-        kept.lean_rad.push_back(loop.lean_rad[i]);
+        kept.normal.push_back(loop.normal[i]);
     }
     while (kept.points.size() > 1 && (kept.points.front() - kept.points.back()).norm() <= same_corner_mm) {
         kept.points.pop_back();
-        kept.lean_rad.pop_back();
+        kept.normal.pop_back();
     }
     loop = std::move(kept);
 }
@@ -170,7 +179,7 @@ NominalContour subdivided(double z_mm, const Loop& loop) {
         const auto steps = static_cast<int>(std::ceil(std::max(1.0, (to - from).norm() / widest_step_mm)));
         for (int k = 0; k < steps; ++k) {
             contour.points.emplace_back(from + (to - from) * (static_cast<double>(k) / steps));
-            leans.push_back(loop.lean_rad[i]);
+            leans.push_back(lean_at(loop, i));
         }
     }
     const std::size_t n = leans.size(), reach = std::min(median_reach, n / 4);

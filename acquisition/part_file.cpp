@@ -219,13 +219,17 @@ fitting::FilterSpec read_filter(const ConfigTable& table, const std::string& zon
     return filter;
 }
 
-FittingSpec read_fitting(const ConfigTable& table) {
+FittingSpec read_fitting(const ConfigTable& table, NominalKind nominal) {
     using fitting::Zone;
     FittingSpec spec;
     spec.le_model = read_edge_model(table, "le_model");
     spec.te_model = read_edge_model(table, "te_model");
-    const bool flat = table.word("compensation", "3d", {"3d", "2d"}) == "2d";
-    spec.compensation = flat ? CompensationMethod::flat : CompensationMethod::surface;
+    const auto names = fitting::compensation_method_names();
+    const auto method =
+        fitting::compensation_method_from(table.word("compensation", "3d", {names.begin(), names.end()}));
+    spec.compensation = method.value_or(spec.compensation);
+    if (spec.compensation == CompensationMethod::point_distance && nominal == NominalKind::none)
+        table.complain("compensation", "\"point_distance\" needs a nominal");
     spec.fairing_mm = table.number("fairing_mm", 0.0, {0.0, 1.0});
     spec.filters.at(Zone::suction) = spec.filters.at(Zone::pressure) = read_filter(table, "side");
     spec.filters.at(Zone::le) = spec.filters.at(Zone::te) = read_filter(table, "edge");
@@ -312,7 +316,7 @@ core::Result<PartFile> parse_part_file(std::string_view text, const std::string&
     part.nominal = read_nominal(root->table("nominal"));
     part.stylus = read_stylus(root->table("stylus"));
     part.scan = read_scan(root->table("scan"), part.nominal.kind);
-    part.fitting = read_fitting(root->table("fitting"));
+    part.fitting = read_fitting(root->table("fitting"), part.nominal.kind);
     part.gate = read_gate(root->table("gate"));
     if (part.scan.until_decided) part.gate.rule.looks = 1 + part.scan.until_decided->passes;
     part.gate.characteristics = read_characteristics(root->tables("characteristic"));

@@ -12,6 +12,7 @@
 #include "acquisition/decision_rule.hpp"
 #include "acquisition/until_decided.hpp"
 #include "core/error.hpp"
+#include "fitting/compensation_method.hpp"
 #include "fitting/edge_kind.hpp"
 #include "fitting/filter.hpp"
 
@@ -66,7 +67,7 @@ struct ToleranceSpec {
     std::vector<std::string> skip;  ///< keywords to go on without
 };
 
-enum class CompensationMethod { surface, flat };
+using fitting::CompensationMethod;
 
 /// How the sections are fitted and their deviations filtered; by default nothing is asked for.
 struct FittingSpec {

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "fitting/closed_curve.hpp"
+#include "fitting/contact_section.hpp"
 #include "fitting/surface_section.hpp"
 
 namespace cmm::acquisition {
@@ -48,46 +49,95 @@ const SectionResult& PartJudge::take_over(const SectionSetup& setup, SectionResu
     if (known == sections_.end()) sections_.push_back(std::make_unique<Judged>());
     Judged& judged = *sections_[place];
     judged = Judged{&setup, std::move(result), {}, {}};
-    if (by_surface(judged)) {
+    const CompensationMethod method = setup.fitting.compensation;
+    judged.result.compensation.asked = method;
+    if (has_ball_to_take_off(judged)) {
         judged.flat = judged.result.fit;
         judged.result.compensation.state = Compensation::State::provisional;
-    } else if (setup.fitting.compensation == CompensationMethod::flat) {
+        if (!fitting::needs_neighbours(method)) compensate_by_points(judged, {centre_row(judged)});
+    } else if (method == CompensationMethod::flat) {
         judged.result.compensation.note = "asked for";
     }
     return judged.result;
 }
 
-/// Points that lie on the part need no compensation.
-bool PartJudge::by_surface(const Judged& judged) const {
+/// Points that lie on the part need no compensation, and in the plane it is done already.
+bool PartJudge::has_ball_to_take_off(const Judged& judged) {
     return judged.result.closed() && judged.setup->ball_radius_mm > 0.0 &&
-           judged.setup->fitting.compensation == CompensationMethod::surface;
+           judged.setup->fitting.compensation != CompensationMethod::flat;
 }
 
-core::Status PartJudge::add_to(fitting::SurfaceCompensation& surface, const Judged& judged) const {
-    return surface.add(judged.flat->centres.curve, judged.result.z_mm, judged.flat->le_point_mm,
-                       judged.flat->te_point_mm);
+fitting::CentreRow PartJudge::centre_row(const Judged& judged) {
+    return {judged.result.z_mm, judged.flat->centres.points, judged.flat->noise_sigma_mm};
+}
+
+/// The surface says also of the other methods whether sections continue each other.
+core::Status PartJudge::Stack::add(const Judged& judged) {
+    auto status =
+        surface.add(judged.flat->centres.curve, judged.result.z_mm, judged.flat->le_point_mm, judged.flat->te_point_mm);
+    if (status) members.push_back(&judged);
+    return status;
+}
+
+core::Status PartJudge::Stack::fit() {
+    const bool by_surface = members.back()->setup->fitting.compensation == CompensationMethod::surface;
+    return by_surface ? surface.fit() : core::Status();
+}
+
+/// One that was judged a second time may have no centres any more.
+std::vector<fitting::CentreRow> PartJudge::Stack::rows() const {
+    std::vector<fitting::CentreRow> rows;
+    for (const Judged* const member : members)
+        if (member->flat) rows.push_back(centre_row(*member));
+    return rows;
 }
 
 void PartJudge::stay_flat(Judged& judged, const core::Error& why) {
     judged.result = judge_fit(std::move(judged.result), *judged.flat, *judged.setup);
-    judged.result.compensation = {Compensation::State::flat, why.text(), 0.0, 0.0};
+    judged.result.compensation = {};
+    judged.result.compensation.note = why.text();
+    judged.result.compensation.asked = judged.setup->fitting.compensation;
 }
 
-void PartJudge::compensate(Judged& judged, const fitting::SurfaceCompensation& surface) {
+void PartJudge::compensate_by_points(Judged& judged, const std::vector<fitting::CentreRow>& rows) {
+    const SectionSetup& setup = *judged.setup;
+    const CompensationMethod method = setup.fitting.compensation;
+    const double z_mm = judged.result.z_mm;
+    const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& r) { return r.z_mm == z_mm; });
+    fitting::NominalNormal nominal;
+    if (setup.nominal)
+        nominal = [&](const Eigen::Vector2d& centre, const Eigen::Vector2d& outward) {
+            return setup.nominal->reference.touched_normal(centre, outward);
+        };
+    const auto contacts =
+        fitting::contacts_by(method, rows, static_cast<std::size_t>(row - rows.begin()), setup.ball_radius_mm, nominal);
+    if (!contacts) return stay_flat(judged, contacts.error());
+    auto section = fitting::section_of_contacts(*contacts, z_mm, fitting::knows_lean(method), *judged.flat,
+                                                section_options(setup));
+    if (!section) return stay_flat(judged, section.error());
+    const double change_mm = largest_distance(section->fit.contour, judged.flat->contour);
+    judged.result = judge_fit(std::move(judged.result), std::move(section->fit), setup);
+    judged.result.compensation = {Compensation::State::final, {}, 1.0, change_mm, method, section->set_aside};
+}
+
+void PartJudge::compensate(Judged& judged, const Stack& stack) {
+    if (judged.setup->fitting.compensation != CompensationMethod::surface)
+        return compensate_by_points(judged, stack.rows());
     auto section =
-        fitting::compensate_section(surface, judged.result.z_mm, *judged.flat, section_options(*judged.setup));
+        fitting::compensate_section(stack.surface, judged.result.z_mm, *judged.flat, section_options(*judged.setup));
     if (!section) return stay_flat(judged, section.error());
     const double change_mm = largest_distance(section->fit.contour, judged.flat->contour);
     judged.result = judge_fit(std::move(judged.result), std::move(section->fit), *judged.setup);
-    judged.result.compensation = {Compensation::State::final, {}, section->share, change_mm};
+    judged.result.compensation = {Compensation::State::final,  {}, section->share, change_mm,
+                                  CompensationMethod::surface, 0};
 }
 
 std::vector<const SectionResult*> PartJudge::grow() {
     if (sections_.empty()) return {};
     Judged& newest = *sections_.back();
     if (newest.result.compensation.state != Compensation::State::provisional) return {};
-    if (!growing_) growing_.emplace(newest.setup->ball_radius_mm, most_growing);
-    if (auto status = add_to(*growing_, newest); !status) {
+    if (!growing_) growing_.emplace(Stack{fitting::SurfaceCompensation(newest.setup->ball_radius_mm, most_growing)});
+    if (auto status = growing_->add(newest); !status) {
         stay_flat(newest, status.error());
         return {&newest.result};
     }
@@ -166,11 +216,12 @@ std::vector<const SectionResult*> PartJudge::begin_completion(bool whole) {
                      [](const Judged* a, const Judged* b) { return a->result.z_mm > b->result.z_mm; });
     std::vector<Judged*> upwards;
     for (const auto& section : sections_)
-        if (section->flat) upwards.push_back(section.get());
+        if (section->flat && fitting::needs_neighbours(section->setup->fitting.compensation))
+            upwards.push_back(section.get());
     if (upwards.empty()) return {};
     std::stable_sort(upwards.begin(), upwards.end(),
                      [](const Judged* a, const Judged* b) { return a->result.z_mm < b->result.z_mm; });
-    completion_.emplace(Completion{fitting::SurfaceCompensation(upwards.front()->setup->ball_radius_mm), {}});
+    completion_.emplace(Completion{{fitting::SurfaceCompensation(upwards.front()->setup->ball_radius_mm)}, {}});
     std::vector<const SectionResult*> revised;
     const auto leave_flat = [&](Judged& section, const core::Error& why) {
         stay_flat(section, why);
@@ -178,7 +229,7 @@ std::vector<const SectionResult*> PartJudge::begin_completion(bool whole) {
     };
     std::vector<Judged*>& joined = completion_->left;
     for (Judged* const section : upwards) {
-        if (auto status = add_to(completion_->surface, *section); !status) {
+        if (auto status = completion_->stack.add(*section); !status) {
             leave_flat(*section, status.error());
         } else {
             joined.push_back(section);
@@ -186,7 +237,7 @@ std::vector<const SectionResult*> PartJudge::begin_completion(bool whole) {
     }
     std::reverse(joined.begin(), joined.end());
     if (joined.size() < 2) return revised;  // says itself why it stays flat
-    if (auto status = completion_->surface.fit(); !status) {
+    if (auto status = completion_->stack.fit(); !status) {
         for (Judged* const section : std::exchange(joined, {}))
             leave_flat(*section, status.error());
     }
@@ -197,7 +248,7 @@ const SectionResult* PartJudge::complete_next() {
     if (!completion_ || completion_->left.empty()) return align_next();
     Judged& section = *completion_->left.back();
     completion_->left.pop_back();
-    compensate(section, completion_->surface);
+    compensate(section, completion_->stack);
     return &section.result;
 }
 

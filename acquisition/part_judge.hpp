@@ -9,12 +9,14 @@
 #include "acquisition/section_result.hpp"
 #include "acquisition/section_setup.hpp"
 #include "fitting/compensation.hpp"
+#include "fitting/contact_points.hpp"
 
 namespace cmm::acquisition {
 
 /// The one way from points to a judged part: bad points, fit, compensation, deviations, characteristics, decisions;
 /// scan, run file and point file all take it. A section is first judged by itself, compensated in its plane, and
-/// provisional; when its neighbours are there, by the surface through all ball centres. Give it the sections in order,
+/// provisional; when its neighbours are there, by the surface through all ball centres, or by another method that the
+/// part file asks for (docs/compensation.md). Give it the sections in order,
 /// as SectionJudge wants them. One owner; deterministic: what `complete` leaves depends on the sections and their order
 /// alone, not on calls of `grow`. Where the whole blade is aligned, that is done once when no more sections come, and
 /// every section is judged anew by it.
@@ -56,22 +58,32 @@ class PartJudge {
         std::optional<fitting::SectionFit> flat;    ///< as it was compensated in its plane
         std::optional<SectionAlignment> alignment;  ///< of the whole blade
     };
-    /// All sections are here; those of `left` are not yet compensated by the surface through all.
-    struct Completion {
+    /// Sections that know of each other, upwards.
+    struct Stack {
         fitting::SurfaceCompensation surface;
+        std::vector<const Judged*> members = {};
+        core::Status add(const Judged& judged);
+        /// What their method needs of them all. Errors: those of SurfaceCompensation::fit.
+        core::Status fit();
+        std::vector<fitting::CentreRow> rows() const;
+    };
+    /// All sections are here; those of `left` are not yet compensated by what all of them know.
+    struct Completion {
+        Stack stack;
         std::vector<Judged*> left;  ///< the lowest last
     };
-    bool by_surface(const Judged& judged) const;
-    core::Status add_to(fitting::SurfaceCompensation& surface, const Judged& judged) const;
+    static fitting::CentreRow centre_row(const Judged& judged);
+    static bool has_ball_to_take_off(const Judged& judged);
     void align();
     const SectionResult* align_next();
     void stay_flat(Judged& judged, const core::Error& why);
-    void compensate(Judged& judged, const fitting::SurfaceCompensation& surface);
+    void compensate(Judged& judged, const Stack& stack);
+    void compensate_by_points(Judged& judged, const std::vector<fitting::CentreRow>& rows);
 
     std::vector<std::unique_ptr<Judged>> sections_;
     SectionJudge alone_;
-    std::optional<fitting::SurfaceCompensation> growing_;
-    Judged* top_ = nullptr;  // of the growing surface
+    std::optional<Stack> growing_;
+    Judged* top_ = nullptr;  // of the growing stack
     std::optional<Completion> completion_;
     std::vector<Judged*> to_align_;  ///< the lowest last; judged anew when the blade is aligned
     bool whole_ = true, aligned_ = false;

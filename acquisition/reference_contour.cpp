@@ -58,8 +58,8 @@ ReferenceContour::ReferenceContour(const NominalContour& contour, fitting::Close
         const auto jet = curve_.spline().jet(t);
         const bool reached =
             std::none_of(hollows_.begin(), hollows_.end(), [t](const auto& hollow) { return hollow.holds(t); });
-        stations_.push_back(
-            {jet.position, jet.right_normal(), fitting::lean_error(ball_radius_mm, leans[i]).in_plane_mm, reached});
+        stations_.push_back({jet.position, jet.right_normal(), leans[i],
+                             fitting::lean_error(ball_radius_mm, leans[i]).in_plane_mm, reached});
     }
     if (contour.tolerances.size() != points_.size()) return;
     tolerances_ = contour.tolerances;
@@ -148,6 +148,16 @@ ReferenceContour::Comparison ReferenceContour::compare(const Vector2d& position_
     point.normal = normal;
     const Match matched = match(point, curve_.closest(position_mm, near_mm));
     return {deviation(point, matched), matched.offset_error_mm, matched.s_mm};
+}
+
+Eigen::Vector3d ReferenceContour::touched_normal(const Vector2d& centre_mm, const Vector2d& outward) const {
+    ContourPoint point;
+    point.position_mm = centre_mm;
+    point.normal = outward;
+    const double s_mm = match(point, curve_.closest(centre_mm)).s_mm;
+    const double lean = station_at(s_mm).lean_rad;
+    const Vector2d level = std::cos(lean) * curve_.evaluate(s_mm).normal;
+    return {level.x(), level.y(), std::sin(lean)};
 }
 
 std::vector<std::optional<double>> ReferenceContour::compare(std::span<ContourPoint> contour) const {

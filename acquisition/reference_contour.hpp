@@ -46,11 +46,14 @@ class ReferenceContour {
     bool has_tolerances() const { return !tolerances_.empty(); }
     /// At an arc length, linear between the nominal's points. Only with tolerances.
     PointTolerance tolerance_at(double s_mm) const;
+    /// Outward unit normal of the nominal surface where a ball with this centre in the section's plane would touch it;
+    /// `outward`: the way in which the part is sought, unit.
+    Eigen::Vector3d touched_normal(const Eigen::Vector2d& centre_mm, const Eigen::Vector2d& outward) const;
 
   private:
     struct Station {
         Eigen::Vector2d position, normal;
-        double offset_error_mm;
+        double lean_rad, offset_error_mm;
         bool reached;
     };
     struct Match {

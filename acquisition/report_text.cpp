@@ -34,10 +34,13 @@ std::string typeset(std::string reason) {
 std::string compensation_text(const Compensation& compensation) {
     switch (compensation.state) {
         case Compensation::State::final: {
-            std::string text = ", 3-D compensation moved the contour by up to " +
-                               core::fixed(compensation.change_mm * 1e3, 1) + " \u00b5m";
+            std::string text = ", " + std::string(fitting::words_for(compensation.asked)) +
+                               " moved the contour by up to " + core::fixed(compensation.change_mm * 1e3, 1) +
+                               " \u00b5m";
             constexpr double whole = 0.9995;
             if (compensation.share < whole) text += " (" + core::fixed(100.0 * compensation.share, 1) + " % of it)";
+            if (compensation.set_aside > 0)
+                text += " (" + std::to_string(compensation.set_aside) + " contacts out of order set aside)";
             return text;
         }
         case Compensation::State::provisional:
@@ -46,6 +49,21 @@ std::string compensation_text(const Compensation& compensation) {
             return compensation.note.empty() ? "" : ", 2-D compensation: " + compensation.note;
     }
     return {};
+}
+
+/// A part that was compensated point by point: how, before what is usual.
+std::string point_by_point_text(const PartResult& part) {
+    const auto section = std::find_if(part.sections.begin(), part.sections.end(), [](const auto& s) {
+        return fitting::is_point_by_point(s.compensation.asked) && s.compensation.state != Compensation::State::flat;
+    });
+    if (section == part.sections.end()) return {};
+    std::string how(fitting::words_for(section->compensation.asked));
+    how.front() = 'C';
+    return how +
+           " was asked for: each contact lies one ball radius from its centre, along a normal of its own that is found "
+           "from the neighbouring centres, or for point distance from the nominal, and the contour goes through the "
+           "contacts in the plane of the section; U95 is that of their scatter and holds no error of the method "
+           "(docs/compensation.md). ";
 }
 
 std::string again_text(const SectionResult& section) {
@@ -175,10 +193,11 @@ std::vector<std::pair<std::string, std::string>> report_methods(const PartResult
         "each point, is added. The machine\u2019s own length error is not included.");
     methods.emplace_back(
         "Compensation",
-        "3-D: the contour is that of the surface of contacts in the plane of the section; contacts lie "
-        "one ball radius inside the surface through the ball centres of all sections, along its normal. "
-        "2-D: the ball radius is taken off in the plane of the section, along the normal of the fitted "
-        "curve of ball centres.");
+        point_by_point_text(part) +
+            "3-D: the contour is that of the surface of contacts in the plane of the section; contacts lie "
+            "one ball radius inside the surface through the ball centres of all sections, along its normal. "
+            "2-D: the ball radius is taken off in the plane of the section, along the normal of the fitted "
+            "curve of ball centres.");
     methods.emplace_back(
         "Alignment",
         "Nominal frame: the machine\u2019s part frame is that of the nominal. Best fit: the nominal laid onto the "

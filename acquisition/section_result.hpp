@@ -10,6 +10,7 @@
 
 #include "acquisition/alignment.hpp"
 #include "core/error.hpp"
+#include "fitting/compensation_method.hpp"
 #include "fitting/section.hpp"
 
 namespace cmm::acquisition {
@@ -65,12 +66,19 @@ struct Compensation {
     enum class State : std::uint8_t {
         flat,         ///< in the section's plane, for good
         provisional,  ///< in the section's plane until its neighbours are there
-        final,        ///< by the surface through the ball centres of all sections
+        final,        ///< by the method that was asked for
     };
     State state = State::flat;
     std::string note;        ///< flat: why
-    double share = 0.0;      ///< final: of the section that the surface compensates; elsewhere the 2-D offset stands
-    double change_mm = 0.0;  ///< final: largest distance from the provisional contour
+    double share = 0.0;      ///< final: of the section that the method compensates; elsewhere the 2-D offset stands
+    double change_mm = 0.0;  ///< final: largest distance from the 2-D contour
+    fitting::CompensationMethod asked = fitting::CompensationMethod::surface;
+    std::size_t set_aside = 0;  ///< final, point by point: contacts out of order or off their neighbours
+
+    /// By which the contour as it is now was made, or will be.
+    fitting::CompensationMethod method() const {
+        return state == State::flat ? fitting::CompensationMethod::flat : asked;
+    }
 };
 /// "2d", "provisional", "final".
 std::string_view to_string(Compensation::State state) noexcept;

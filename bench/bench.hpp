@@ -43,6 +43,8 @@ void bench_peers();
 void bench_surface();
 /// Blades of three families compensated by the surface of ball centres: errors and milliseconds a section.
 void bench_compensation();
+/// The same blades by every method of compensation: the table of docs/compensation.md.
+void bench_compensation_methods();
 
 /// Samples a second over Modbus TCP on near and distant links; points a second and share of the capacity of a serial
 /// line with Modbus RTU and the line protocol.

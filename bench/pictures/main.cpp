@@ -21,11 +21,10 @@ std::string with_style(std::string picture) {
 
 int draw_all(const std::filesystem::path& folder) {
     std::filesystem::create_directories(folder);
-    const std::pair<const char*, std::function<std::string()>> pictures[] = {{"bad-points.svg", bad_points},
-                                                                             {"edge-fit.svg", edge_fit},
-                                                                             {"live-error.svg", live_error},
-                                                                             {"offset.svg", offset},
-                                                                             {"sample-cost.svg", sample_cost}};
+    const std::pair<const char*, std::function<std::string()>> pictures[] = {
+        {"bad-points.svg", bad_points}, {"compensation.svg", compensation},
+        {"edge-fit.svg", edge_fit},     {"live-error.svg", live_error},
+        {"offset.svg", offset},         {"sample-cost.svg", sample_cost}};
     for (const auto& [name, draw] : pictures) {
         const auto file = folder / name;
         std::ofstream out(file, std::ios::binary);

@@ -9,8 +9,8 @@
 #include "acquisition/plot_frame.hpp"
 #include "acquisition/svg.hpp"
 
-/// The pictures of docs/theory.md, drawn by the code that they explain: each the text of one SVG file. All but
-/// `sample_cost` come out the same on every machine.
+/// The pictures of docs/theory.md and docs/compensation.md, drawn by the code that they explain: each the text of one
+/// SVG file. All but `sample_cost` come out the same on every machine.
 namespace cmm::pictures {
 
 namespace svg = acquisition::svg;
@@ -27,6 +27,8 @@ std::vector<double> lengths(std::span<const Vector2d> points);
 
 /// Error of the open section at the newest sample and 16 samples later, and of the closed section with its band.
 std::string live_error();
+/// Error of one contour of a twisted blade by each method of compensation.
+std::string compensation();
 /// A leading edge: points, arc, joints, and what the points leave off the arc.
 std::string edge_fit();
 /// A part with hollows sharper than the ball, and the way of the ball's centre with and without its loops.

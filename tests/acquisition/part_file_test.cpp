@@ -103,6 +103,10 @@ TEST(PartFile, ReadsHowSectionsAreFitted) {
         EXPECT_DOUBLE_EQ(part->fitting.filters.at(edge).cutoff_mm, 0.08);
     }
     EXPECT_NE(error_of(none_part + "[fitting]\nle_model = \"square\"\n").find("not \"square\""), std::string::npos);
+    EXPECT_NE(error_of(none_part + "[fitting]\ncompensation = \"micro_plan\"\n").find("\"micro_plane\""),
+              std::string::npos);
+    EXPECT_NE(error_of(none_part + "[fitting]\ncompensation = \"point_distance\"\n").find("needs a nominal"),
+              std::string::npos);
     EXPECT_NE(error_of(none_part + "[fitting]\nside_filter = \"spline\"\n").find("side_cutoff_mm is missing"),
               std::string::npos);
     EXPECT_NE(error_of(none_part + "[fitting]\nedge_cutoff_mm = 0.1\n").find("needs edge_filter"), std::string::npos);

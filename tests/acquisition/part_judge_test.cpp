@@ -113,6 +113,41 @@ TEST_F(PartJudgeTest, TheEndCanBeReachedStepByStep) {
         EXPECT_EQ(a[i].deviation_mm, b[i].deviation_mm);
 }
 
+TEST_F(PartJudgeTest, TheMethodThatIsAskedForIsUsedAndSaid) {
+    for (const auto name : fitting::compensation_method_names()) {
+        const auto method = fitting::compensation_method_from(name).value();
+        if (!fitting::is_point_by_point(method)) continue;
+        const Measured measured(part_text("[20, 30, 40]", "[fitting]\ncompensation = \"" + std::string(name) + "\"\n"));
+        EXPECT_EQ(measured.setups[0].fitting.compensation, method);
+        PartJudge judge;
+        const auto lonely = fitting::needs_neighbours(method) ? Method::provisional : Method::final;
+        EXPECT_EQ(judge.finish(measured.setups[0], measured.points(0)).compensation.state, lonely) << name;
+        EXPECT_TRUE(judge.grow().empty());
+        judge.finish(measured.setups[1], measured.points(1));
+        EXPECT_EQ(judge.grow().size(), fitting::needs_neighbours(method) ? 1U : 0U) << name;
+        judge.finish(measured.setups[2], measured.points(2));
+        judge.grow();
+        EXPECT_EQ(judge.complete().size(), fitting::needs_neighbours(method) ? 3U : 0U) << name;
+        for (const auto& section : judge.take()) {
+            EXPECT_EQ(section.compensation.state, Method::final) << name << ": " << section.compensation.note;
+            EXPECT_EQ(section.compensation.method(), method);
+            EXPECT_EQ(section.characteristics.size(), 8U);
+            double worst = 0.0;
+            for (const auto& deviation : section.deviation_mm)
+                worst = std::max(worst, std::abs(deviation.value_or(0.0)));
+            EXPECT_LT(worst, 0.025) << name << ": the part is its nominal, without noise";
+        }
+    }
+    const Measured alone(part_text("[20]", "[fitting]\ncompensation = \"mean_vector\"\n"));
+    PartJudge judge;
+    judge.finish(alone.setups[0], alone.points(0));
+    judge.complete();
+    const auto only = judge.take();
+    EXPECT_EQ(only[0].compensation.state, Method::flat);
+    EXPECT_EQ(only[0].compensation.method(), CompensationMethod::flat);
+    EXPECT_NE(only[0].compensation.note.find("no other section"), std::string::npos) << only[0].compensation.note;
+}
+
 TEST_F(PartJudgeTest, WhatStaysFlatSaysWhy) {
     const Measured asked(part_text("[20, 30, 40]", "[fitting]\ncompensation = \"2d\"\n"));
     PartJudge judge;

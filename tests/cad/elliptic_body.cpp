@@ -126,7 +126,7 @@ double EllipticBody::lean_rad(double z_mm, double t) const {
         return Vector3d(ellipse.centre_mm + std::cos(t) * ellipse.along_mm + std::sin(t) * ellipse.across_mm);
     };
     const Vector3d round = -std::sin(t) * e.along_mm + std::cos(t) * e.across_mm;
-    return std::asin(std::abs(round.cross(place(top) - place(bottom)).normalized().z()));
+    return std::asin(round.cross(place(top) - place(bottom)).normalized().z());
 }
 
 void write_step_file(const std::string& file, const EllipticBody& body, Content content, const char* unit) {

@@ -88,7 +88,7 @@ TEST_F(StepNominals, LeansAreThoseOfTheSurface) {
         const Eigen::Vector2d unit = axes.inverse() * (contour.points[i] - ellipse.centre_mm.head<2>());
         const double truth = body_.lean_rad(z_mm, std::atan2(unit.y(), unit.x()));
         EXPECT_NEAR(contour.leans_rad.at(i), truth, 2e-3);
-        largest = std::max(largest, truth);
+        largest = std::max(largest, std::abs(truth));
     }
     EXPECT_NEAR(contour.lean_rad, largest, 2e-3);
 }
