@@ -102,8 +102,8 @@ class NomNominal final : public Nominal {
         contour.leans_rad.clear();
         contour.lean_rad = 0.0;
         for (const auto& normal : section.normals) {
-            contour.leans_rad.push_back(std::asin(std::min(1.0, std::abs(normal.z()))));
-            contour.lean_rad = std::max(contour.lean_rad, contour.leans_rad.back());
+            contour.leans_rad.push_back(std::asin(std::clamp(normal.z(), -1.0, 1.0)));
+            contour.lean_rad = std::max(contour.lean_rad, std::abs(contour.leans_rad.back()));
         }
     }
 

@@ -15,7 +15,7 @@ namespace {
 using core::ErrorCode;
 using Contacts = core::Result<std::vector<Contact>>;
 
-constexpr double apart_share = 0.2;  // of the ball radius: neighbours in a row are at least so far away
+constexpr double apart_radii = 0.2;  // of the ball radius: neighbours in a row are at least so far away
 constexpr std::size_t fewest_centres = 8;
 constexpr double coverage = 2.0;
 
@@ -197,8 +197,8 @@ Contacts by_neighbours(std::span<const CentreRow> rows, std::span<const CentreRo
         const std::span<const Vec2> part = parts[row].centres;
         Cross cross;
         cross.z = own.z_mm;
-        cross.row = {part[centres.before(i, apart_share * r)], part[i], part[centres.after(i, apart_share * r)]};
-        cross.outward = centres.triple(i, apart_share * r).normal();
+        cross.row = {part[centres.before(i, apart_radii * r)], part[i], part[centres.after(i, apart_radii * r)]};
+        cross.outward = centres.triple(i, apart_radii * r).normal();
         cross.below = beside(row - 1, own.centres[i], cross.outward);  // of row 0: beyond all
         cross.above = beside(row + 1, own.centres[i], cross.outward);
         if (!cross.below && !cross.above)
@@ -219,7 +219,7 @@ Contacts contacts_by_three_points(std::span<const CentreRow> rows, std::size_t r
     const RowPoints points(own.centres);
     std::vector<Contact> contacts;
     for (std::size_t i = 0; i < own.centres.size(); ++i) {
-        const Triple triple = points.triple(i, apart_share * ball_radius_mm);
+        const Triple triple = points.triple(i, apart_radii * ball_radius_mm);
         const Direction direction{raised(triple.normal(), 0.0),
                                   own.sigma_mm * circle_slope_noise(triple.back(), triple.ahead()), 0.0};
         contacts.push_back(contact_of(raised(triple.at, own.z_mm), direction, own.sigma_mm, ball_radius_mm));
@@ -259,7 +259,7 @@ Contacts contacts_by_point_distance(std::span<const CentreRow> rows, std::size_t
     const RowPoints points(own.centres);
     std::vector<Contact> contacts;
     for (std::size_t i = 0; i < own.centres.size(); ++i) {
-        const Direction direction{nominal(own.centres[i], points.triple(i, apart_share * ball_radius_mm).normal()), 0.0,
+        const Direction direction{nominal(own.centres[i], points.triple(i, apart_radii * ball_radius_mm).normal()), 0.0,
                                   0.0};
         contacts.push_back(contact_of(raised(own.centres[i], own.z_mm), direction, own.sigma_mm, ball_radius_mm));
     }

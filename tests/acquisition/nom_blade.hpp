@@ -26,7 +26,7 @@ struct Blade {
     Vector3d normal(const Vector2d& in_plane) const {
         return Vector3d(in_plane.x(), in_plane.y(), -in_plane.dot(lean)).normalized();
     }
-    double lean_at(const Vector2d& in_plane) const { return std::asin(std::abs(normal(in_plane).z())); }
+    double lean_at(const Vector2d& in_plane) const { return std::asin(normal(in_plane).z()); }
 };
 
 struct Writing {
