@@ -47,7 +47,7 @@ std::string colour(int step) {
 }
 
 bool has_map(const SectionResult& section) {
-    return section.closed() && section.deviation_mm.size() == section.fit->contour.size();
+    return section.closed() && section.mapped_deviation_mm().size() == section.fit->contour.size();
 }
 
 /// Half the widest tolerance zone; without one, nearly the largest deviation, rounded up.
@@ -58,7 +58,7 @@ double full_scale_um(const PartResult& part) {
         if (!has_map(section)) continue;
         for (const auto& zone : zone_limits_mm(section))
             limit = std::max(limit, 0.5 * um_from_mm(zone.value_or(0.0)));
-        for (const auto& deviation : section.deviation_mm)
+        for (const auto& deviation : section.mapped_deviation_mm())
             if (deviation) all.push_back(um_from_mm(std::abs(*deviation)));
     }
     if (limit > 0.0 || all.empty()) return limit;
@@ -121,7 +121,7 @@ int step_of(double deviation_um, double full_um) {
 
 /// The strip's rectangles, of neighbouring points of one colour one, by colour; the last: what the ball does not reach.
 void add_rectangles(const Strip& strip, double full_um, const PlotFrame& frame, std::vector<std::string>& paths) {
-    const auto& deviation = strip.section->deviation_mm;
+    const auto& deviation = strip.section->mapped_deviation_mm();
     const auto kind = [&](std::size_t i) {
         return deviation[i] ? static_cast<std::size_t>(step_of(um_from_mm(*deviation[i]), full_um) + steps)
                             : paths.size() - 1;
@@ -172,8 +172,16 @@ std::string map_figure(const PartResult& part) {
     const PlotFrame frame({margin_left, top}, {width - margin_left - scale_room, height - top - margin_bottom},
                           {left - pad_mm, strips.front().low_z - pad_z},
                           {right + pad_mm, strips.back().high_z + pad_z});
-    Picture picture(width, height, "Deviation of all sections, unrolled");
-    frame.draw_axes(picture, "along the contour from the leading edge in mm", "z in mm", 10, 5);
+    const bool in_space = std::any_of(strips.begin(), strips.end(),
+                                      [](const Strip& strip) { return !strip.section->surface_deviation_mm.empty(); });
+    Picture picture(width, height,
+                    in_space ? "Deviation of all sections from the surface of the nominal, unrolled"
+                             : "Deviation of all sections, unrolled");
+    frame.draw_axes(picture,
+                    in_space
+                        ? "along the contour from the leading edge in mm; colour: distance from the nominal surface"
+                        : "along the contour from the leading edge in mm",
+                    "z in mm", 10, 5);
     picture.clip(frame.corner(), frame.size());
     std::vector<std::string> paths(2 * steps + 2);
     for (const auto& strip : strips)

@@ -17,6 +17,23 @@ struct PointTolerance {
     double below_mm = 0.0, above_mm = 0.0;
 };
 
+/// The surface of a nominal beside a plane cut. Immutable, any thread.
+class NominalSurface {
+  public:
+    struct Foot {
+        Eigen::Vector3d position_mm;
+        Eigen::Vector3d normal;  ///< unit, of either sense
+    };
+    virtual ~NominalSurface() = default;
+    /// Where it is nearest to a point, sought from the place of the cut next to `near_mm` on. None: not found.
+    virtual std::optional<Foot> closest(const Eigen::Vector3d& point_mm, const Eigen::Vector2d& near_mm) const = 0;
+
+  protected:
+    NominalSurface() = default;
+    NominalSurface(const NominalSurface&) = default;
+    NominalSurface& operator=(const NominalSurface&) = default;
+};
+
 /// The nominal part contour in one plane, closed, counter-clockwise, dense enough for a periodic cubic spline to be
 /// true to a fraction of a micrometre where the source is smooth. Part frame, mm.
 struct NominalContour {
@@ -26,6 +43,7 @@ struct NominalContour {
     /// normal points upwards (none: it is the largest one everywhere, and its sign unknown).
     double lean_rad = 0.0;
     std::vector<double> leans_rad;
+    std::shared_ptr<const NominalSurface> surface = {};     ///< of STEP files: the part's own
     std::vector<PointTolerance> tolerances = {};            ///< at each point; empty: the nominal has none
     std::optional<Eigen::Vector2d> le_mm = {}, te_mm = {};  ///< near the edges, where the nominal names them
 };

@@ -5,6 +5,7 @@
 
 #include "acquisition/evaluation.hpp"
 #include "acquisition/live_section.hpp"
+#include "acquisition/surface_deviation.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -30,7 +31,7 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
                           "the nominal at z " + core::fixed(z_mm, 3) + " mm: " + analysed.error().text());
     }
     ReferenceContour reference(*contour, analysed->curve(), part.stylus.radius_mm);
-    setup.nominal = SectionNominal{std::move(*analysed), std::move(reference)};
+    setup.nominal = SectionNominal{std::move(*analysed), std::move(reference), contour->surface};
     return setup;
 }
 
@@ -60,8 +61,10 @@ SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit>
     evaluation.rule = setup.gate.rule;
     evaluation.alignment = setup.alignment;
     const ReferenceContour* nominal = setup.nominal ? &setup.nominal->reference : nullptr;
-    return evaluate_section(std::move(section), std::move(fit), nominal, evaluation,
-                            setup.nominal ? &setup.nominal->section : nullptr, shared);
+    section = evaluate_section(std::move(section), std::move(fit), nominal, evaluation,
+                               setup.nominal ? &setup.nominal->section : nullptr, shared);
+    if (setup.nominal) section.surface_deviation_mm = surface_deviations(section, *setup.nominal);
+    return section;
 }
 
 SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<RecordedPoint> points) {

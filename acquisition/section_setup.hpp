@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,7 @@ namespace cmm::acquisition {
 struct SectionNominal {
     fitting::NominalSection section;
     ReferenceContour reference;
+    std::shared_ptr<const NominalSurface> surface = {};  ///< where the nominal is one
 };
 
 /// What must be known to judge a section, whoever brings its points: a scan, a run file or a point file.

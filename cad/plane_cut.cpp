@@ -20,6 +20,7 @@
 #include <cmath>
 #include <gp_Pln.hxx>
 #include <limits>
+#include <utility>
 
 #include "core/text.hpp"
 
@@ -77,11 +78,32 @@ class CurveOnFaces final : public SectionCurve {
     const std::vector<double>& coarse() const override { return coarse_; }
 
     Point at(double t) const override {
-        const double round = t - std::floor(t / period()) * period();
-        const auto index = std::min(static_cast<std::size_t>(round), pieces_.size() - 1);
-        const auto& piece = pieces_[index];
-        const double share = round - static_cast<double>(index);
-        return on_surface(piece, piece.from + share * (piece.to - piece.from));
+        const auto [piece, parameter] = place_of(t);
+        return on_surface(*piece, parameter);
+    }
+
+    std::optional<Foot> closest(const Vector3d& point_mm, double t) const override {
+        const auto [piece, parameter] = place_of(t);
+        gp_Pnt2d uv = start_on(*piece, parameter, piece->curve->Value(parameter));
+        for (int step = 0; step < most_steps; ++step) {
+            gp_Pnt at;
+            gp_Vec by_u, by_v, by_uu, by_vv, by_uv;
+            piece->surface->D2(uv.X(), uv.Y(), at, by_u, by_v, by_uu, by_vv, by_uv);
+            const Vector3d position = vector_from(at.XYZ()), off = position - point_mm;
+            const Vector3d du = vector_from(by_u.XYZ()), dv = vector_from(by_v.XYZ());
+            const Vector2d gradient(off.dot(du), off.dot(dv));
+            const double mixed = du.dot(dv) + off.dot(vector_from(by_uv.XYZ()));
+            Eigen::Matrix2d slopes;
+            slopes << du.squaredNorm() + off.dot(vector_from(by_uu.XYZ())), mixed, mixed,
+                dv.squaredNorm() + off.dot(vector_from(by_vv.XYZ()));
+            const double determinant = slopes.determinant();
+            if (!(determinant > 1e-12 * du.squaredNorm() * dv.squaredNorm())) return std::nullopt;
+            const Vector2d change = slopes.inverse() * gradient;
+            if ((change.x() * du + change.y() * dv).norm() < settled_mm)
+                return Foot{position, du.cross(dv).normalized()};
+            uv.SetCoord(uv.X() - change.x(), uv.Y() - change.y());
+        }
+        return std::nullopt;
     }
 
     double area() const {
@@ -98,6 +120,19 @@ class CurveOnFaces final : public SectionCurve {
     }
 
   private:
+    std::pair<const Piece*, double> place_of(double t) const {
+        const double round = t - std::floor(t / period()) * period();
+        const auto index = std::min(static_cast<std::size_t>(round), pieces_.size() - 1);
+        const auto& piece = pieces_[index];
+        const double share = round - static_cast<double>(index);
+        return {&piece, piece.from + share * (piece.to - piece.from)};
+    }
+
+    static gp_Pnt2d start_on(const Piece& piece, double parameter, const gp_Pnt& near) {
+        return piece.trace.IsNull() ? ShapeAnalysis_Surface(piece.surface).ValueOfUV(near, gap_mm)
+                                    : piece.trace->Value(parameter);
+    }
+
     /// Newton's method for S(u, v) at the height and, across the curve, at the place of the intersection.
     Point on_surface(const Piece& piece, double parameter) const {
         gp_Pnt near;
@@ -107,8 +142,7 @@ class CurveOnFaces final : public SectionCurve {
         Vector3d direction(along.X(), along.Y(), 0.0);
         const double length = direction.norm();
         direction = length > 0.0 ? Vector3d(direction / length) : Vector3d(Vector3d::UnitX());
-        gp_Pnt2d uv = piece.trace.IsNull() ? ShapeAnalysis_Surface(piece.surface).ValueOfUV(near, gap_mm)
-                                           : piece.trace->Value(parameter);
+        gp_Pnt2d uv = start_on(piece, parameter, near);
         Vector3d position = place, du, dv;
         for (int step = 0; step < most_steps; ++step) {
             gp_Pnt at;

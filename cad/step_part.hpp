@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,8 +22,16 @@ class SectionCurve {
         Eigen::Vector3d spanwise;  ///< in the surface, across the cut, towards +z
     };
     virtual ~SectionCurve() = default;
+    /// A place of the part's surface.
+    struct Foot {
+        Eigen::Vector3d position_mm;
+        Eigen::Vector3d normal;  ///< unit, of either sense
+    };
     /// t runs from 0 round to period().
     virtual Point at(double t) const = 0;
+    /// Where the surface of the face that is cut at t is nearest to a point beside it, by Newton's method from there on
+    /// (seed 001, B12), to a nanometre; beyond the face's border its surface goes on. None: it does not settle.
+    virtual std::optional<Foot> closest(const Eigen::Vector3d& point_mm, double t) const = 0;
     virtual double period() const = 0;
     /// Parameters in running order, fine enough to show the shape; the seams between faces are among them.
     virtual const std::vector<double>& coarse() const = 0;
