@@ -15,7 +15,7 @@ constexpr std::size_t anchor_reach = 4;  // anchors to either side that show the
 }  // namespace
 
 std::vector<double> graded_knots(std::span<const Vec2> anchors, std::span<const double> t, double period,
-                                 double turn_rad, std::size_t most) {
+                                 double turn_rad, std::size_t most, std::span<const double> widest) {
     const std::size_t n = anchors.size(), w = std::clamp<std::size_t>(n / 12, 1, anchor_reach);
     const double grading = growth * turn_rad;
     const auto step = [&](std::size_t i) { return i + 1 < n ? t[i + 1] - t[i] : t[0] + period - t[i]; };
@@ -24,6 +24,7 @@ std::vector<double> graded_knots(std::span<const Vec2> anchors, std::span<const 
         const Vec2 in = anchors[i] - anchors[(i + n - w) % n], out = anchors[(i + w) % n] - anchors[i];
         const double curvature = std::abs(turn_angle(in, out)) / (0.5 * (in.norm() + out.norm()));
         spacing[i] = std::min(turn_rad / std::max(curvature, 1e-12), widest_share * period);
+        if (!widest.empty()) spacing[i] = std::min(spacing[i], widest[i]);
     }
     for (std::size_t i = 0; i < 2 * n; ++i)
         spacing[(i + 1) % n] = std::min(spacing[(i + 1) % n], spacing[i % n] + grading * step(i % n));

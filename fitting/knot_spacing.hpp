@@ -12,9 +12,10 @@ namespace cmm::fitting {
 /// Knots for a closed curve through `anchors` (noise far below their distance) at ascending parameters `t` in
 /// [t_0, t_0 + period): no span turns by more than about `turn_rad`, none is longer than a sixtieth of the period, and
 /// neighbouring spans differ in length by 2.5 turn_rad at most (0.1 rad: a quarter), so that a curvature that jumps is
-/// followed from both sides, the closer the less a span turns. At most `most` spans (then all are longer in
-/// proportion). Returns the breaks: spans + 1 parameters, the last one is t_0 + period.
+/// followed from both sides, the closer the less a span turns. Nor is one longer than `widest` of the anchors in it
+/// (empty: anything). At most `most` spans (then all are longer in proportion). Returns the breaks: spans + 1
+/// parameters, the last one is t_0 + period.
 std::vector<double> graded_knots(std::span<const Vec2> anchors, std::span<const double> t, double period,
-                                 double turn_rad, std::size_t most);
+                                 double turn_rad, std::size_t most, std::span<const double> widest = {});
 
 }  // namespace cmm::fitting

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "fitting/knot_spacing.hpp"
+#include "fitting/lack_of_fit.hpp"
 #include "fitting/smoothing_joints.hpp"
 #include "fitting/smoothing_system.hpp"
 #include "fitting/statistics.hpp"
@@ -24,6 +25,8 @@ constexpr double turn_rad = 0.1;        // that a span holds at 1 um noise
 constexpr double common_sigma_mm = 1e-3;
 constexpr double finest_turn = 0.25;  // of that, where there is hardly any
 constexpr int refinements = 3;
+constexpr int halvings = 4;               // of spans that do not follow their points
+constexpr std::size_t fewest_halved = 6;  // points in such a span
 constexpr int tunings = 7;
 /// exp(sqrt(2)): the logarithm of a variance that one degree of freedom tells has the variance 2, and a knot and its
 /// neighbours tell hardly more of theirs. The uncertainty is that of a curve so much rougher than is likeliest.
@@ -79,8 +82,31 @@ ChordLengths chord_lengths(std::span<const Vec2> points, double sigma_mm) {
     return out;
 }
 
+/// Halves the spans in which the curve does not follow its points, as `widest` of the anchors there. Says whether there
+/// are any.
+bool halve_lacking(const SmoothingSystem& system, std::span<const double> anchor_t, std::vector<double>& widest) {
+    const std::vector<char> lacking = not_followed(system.residuals(), least_sigma_mm);
+    if (std::find(lacking.begin(), lacking.end(), 1) == lacking.end()) return false;
+    const auto& breaks = system.breaks();
+    const auto last_not_above = [](std::span<const double> values, double value) {
+        return static_cast<std::size_t>(std::upper_bound(values.begin() + 1, values.end(), value) - values.begin()) - 1;
+    };
+    std::vector<std::size_t> points_in(system.spans(), 0), span_of;
+    for (const double t : system.parameters())
+        ++points_in[span_of.emplace_back(last_not_above(breaks, t))];
+    bool any = false;
+    for (std::size_t i = 0; i < lacking.size(); ++i) {
+        const std::size_t span = span_of[i], anchor = last_not_above(anchor_t, system.parameters()[i]);
+        if (lacking[i] == 0 || points_in[span] < fewest_halved) continue;
+        for (const std::size_t k : {anchor, (anchor + 1) % anchor_t.size()})
+            widest[k] = std::min(widest[k], 0.5 * (breaks[span + 1] - breaks[span]));
+        any = true;
+    }
+    return any;
+}
+
 /// The start: least squares of the points themselves, hardly smoothed; with finer knots as long as the noise turns out
-/// to be smaller than was thought.
+/// to be smaller than was thought, and where the curve does not follow the points.
 core::Status start(SmoothingSystem& system, const ChordLengths& chords, std::span<const Vec2> points,
                    std::span<const double> t) {
     std::vector<Vec2> anchors;
@@ -91,13 +117,19 @@ core::Status start(SmoothingSystem& system, const ChordLengths& chords, std::spa
     }
     const std::size_t most = std::clamp(anchors.size() * 2, least_spans, most_spans);
     double turn = turn_rad;
+    std::vector<double> widest(anchors.size(), chords.period);
+    const auto anew = [&] {
+        return system.start(graded_knots(anchors, anchor_t, chords.period, turn, most, widest), t);
+    };
     for (int attempt = 0;; ++attempt) {
-        if (auto status = system.start(graded_knots(anchors, anchor_t, chords.period, turn, most), t); !status)
-            return status;
+        if (auto status = anew(); !status) return status;
         const double finer = turn_rad * std::clamp(std::cbrt(system.sigma_mm() / common_sigma_mm), finest_turn, 1.2);
-        if (attempt == refinements || finer > 0.8 * turn) return {};
+        if (attempt == refinements || finer > 0.8 * turn) break;
         turn = finer;
     }
+    for (int halving = 0; halving < halvings && halve_lacking(system, anchor_t, widest); ++halving)
+        if (auto status = anew(); !status) return status;
+    return {};
 }
 
 }  // namespace

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <vector>
+
+namespace cmm::fitting {
+
+/// Where a closed curve does not follow its points: one for each of the `residuals` (in order round) that lies among 8,
+/// 16 or 32 whose neighbours lie on the same side by far more than noise does (sum of products of neighbours over 7 of
+/// its standard deviations, the noise taken from the differences of neighbours, at least `least_sigma_mm`). O(points).
+std::vector<char> not_followed(std::span<const double> residuals, double least_sigma_mm);
+
+}  // namespace cmm::fitting
