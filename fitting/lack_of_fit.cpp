@@ -11,7 +11,7 @@ namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t windows[] = {8, 16, 32};
-constexpr double most_sigmas = 7.0;
+constexpr double most_sigmas = 4.5;
 
 }  // namespace
 

@@ -25,12 +25,12 @@ constexpr double turn_rad = 0.1;        // that a span holds at 1 um noise
 constexpr double common_sigma_mm = 1e-3;
 constexpr double finest_turn = 0.25;  // of that, where there is hardly any
 constexpr int refinements = 3;
-constexpr int halvings = 4;               // of spans that do not follow their points
-constexpr std::size_t fewest_halved = 6;  // points in such a span
-constexpr int tunings = 7;
+constexpr int halvings = 8;               // of spans that do not follow their points
+constexpr std::size_t fewest_halved = 4;  // points in such a span
+constexpr int tunings = 9;
 /// exp(sqrt(2)): the logarithm of a variance that one degree of freedom tells has the variance 2, and a knot and its
 /// neighbours tell hardly more of theirs. The uncertainty is that of a curve so much rougher than is likeliest.
-constexpr double roughness_doubt = 4.11;
+constexpr double roughness_doubt = 2.72;
 constexpr double longest_period_mm = 1e7;
 
 /// Noise along the normal, roughly and too large where the points are sparse: from the offsets of the points from the

@@ -13,8 +13,8 @@ using core::ErrorCode;
 
 constexpr double start_ridge = 1e-3;  // weight of the third differences in the start curve, in points
 constexpr double start_roughness = 1e-6;
-constexpr std::size_t sharing_knots = 2;  // to either side, that share a scale of the roughness
-constexpr double student_freedom = 0.3;
+constexpr std::size_t sharing_knots = 3;  // to either side, that share a scale of the roughness
+constexpr double student_freedom = 1.0;
 constexpr double least_speed = 0.05;  // of the parameter, which is nearly a length; below it the curve has a cusp
 constexpr double longest_correction = 0.01;  // of a foot, of the period
 

@@ -34,6 +34,7 @@ constexpr double least_distance_mm = 1e-3;  // of rows
 constexpr std::size_t rows_to_stray = 6;    // one of so many may lie apart
 constexpr double stray_weight = 1.0;        // of the columns that it lies apart from
 constexpr double stray_sigmas = 8.0, least_stray_mm = 3e-3;
+constexpr double seen_share = 0.5;  // of that, beside a stray
 constexpr double least_freedom = 0.05;  // of a row: 1 less its leverage
 // Feet farther away than so many times the rms of those before are looked for again with proof.
 constexpr double doubtful = 3.0;
@@ -159,16 +160,33 @@ class RowsFitter {
                 near.push_back(median[(i + n + j - window) % n]);
             scale[i] = nth_smallest(near, window) / 0.6745;
         }
+        std::vector<std::size_t> strays(n, 0);  // of each column
+        const auto set_aside = [&](std::size_t i, std::size_t k) {
+            const double freedom = std::max(1.0 - smoother_.leverage(k), least_freedom);
+            columns_[i][k] -= off[i][k] / std::sqrt(freedom) * normals_[i][k];
+            ++strays[i];
+            measure(i);
+        };
+        const auto most = [&](std::size_t i) { return std::max(stray_sigmas * scale[i], least_stray_mm); };
+        std::vector<std::pair<std::size_t, std::size_t>> found;
         for (std::size_t i = 0; i < n; ++i)
-            for (std::size_t stray = 0; stray < m / rows_to_stray; ++stray) {
+            while (strays[i] < m / rows_to_stray) {
                 const auto less = [](double a, double b) { return std::abs(a) < std::abs(b); };
                 const auto inner = std::max_element(off[i].begin() + 2, off[i].end() - 2, less);
-                if (std::abs(*inner) < std::max(stray_sigmas * scale[i], least_stray_mm)) break;
-                const auto worst = static_cast<std::size_t>(inner - off[i].begin());
-                const double freedom = std::max(1.0 - smoother_.leverage(worst), least_freedom);
-                columns_[i][worst] -= off[i][worst] / std::sqrt(freedom) * normals_[i][worst];
-                measure(i);
+                if (std::abs(*inner) < most(i)) break;
+                found.emplace_back(i, static_cast<std::size_t>(inner - off[i].begin()));
+                set_aside(i, found.back().second);
             }
+        // It goes on into the columns beside, down to where it is hardly seen.
+        while (!found.empty()) {
+            const auto [i, k] = found.back();
+            found.pop_back();
+            for (const std::size_t beside : {(i + 1) % n, (i + n - 1) % n}) {
+                if (strays[beside] == m / rows_to_stray || std::abs(off[beside][k]) < seen_share * most(beside)) continue;
+                set_aside(beside, k);
+                found.emplace_back(beside, k);
+            }
+        }
     }
 
     /// Columns to either side that are looked at together.
