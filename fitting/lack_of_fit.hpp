@@ -7,8 +7,9 @@
 namespace cmm::fitting {
 
 /// Where a closed curve does not follow its points: one for each of the `residuals` (in order round) that lies among 8,
-/// 16 or 32 whose neighbours lie on the same side by far more than noise does (sum of products of neighbours over 7 of
-/// its standard deviations, the noise taken from the differences of neighbours, at least `least_sigma_mm`). O(points).
+/// 16 or 32 whose neighbours lie on the same side by far more than noise does: the sum of products of neighbours is
+/// more than 7, 5.5, 5 of its standard deviations, the noise taken from the differences of neighbours, at least
+/// `least_sigma_mm`. O(points).
 std::vector<char> not_followed(std::span<const double> residuals, double least_sigma_mm);
 
 }  // namespace cmm::fitting

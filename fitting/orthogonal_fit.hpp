@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -79,8 +80,9 @@ struct OrthogonalFit {
 };
 
 /// Minimises the sum of squared residuals over the shape's parameters, by the method of Levenberg 1944 and Marquardt
-/// 1963. The slope of an orthogonal distance is that of the foot, held at its place on the shape, along the normal,
-/// because the distance is stationary there (Ahn 2004, "Least Squares Orthogonal Distance Fitting", 2.3).
+/// 1963. The first two parameters are a place: they are damped and measured together, so that no step depends on where
+/// the axes point. The slope of an orthogonal distance is that of the foot, held at its place on the shape, along the
+/// normal, because the distance is stationary there (Ahn 2004, "Least Squares Orthogonal Distance Fitting", 2.3).
 template <class Shape>
 OrthogonalFit<Shape> fit_orthogonal(const OrthogonalData& data, const Shape& start) {
     constexpr int most_rounds = 15;
@@ -91,15 +93,21 @@ OrthogonalFit<Shape> fit_orthogonal(const OrthogonalData& data, const Shape& sta
     constexpr double longest_last_step = 1e-2;  // mm and rad: farther, the undamped step is not trusted
     OrthogonalFit<Shape> fit{start};
     if (!start.valid()) return fit;
+    using Values = typename Shape::Values;
+    const auto longest = [](const Values& step) {
+        return std::max(step.template head<2>().norm(), step.template tail<Shape::size - 2>().cwiseAbs().maxCoeff());
+    };
     OrthogonalSums<Shape> now(start, data);
     double damping = 1e-4;
     bool current = true;  // the residuals are those of fit.shape
     for (int round = 0; round < most_rounds && !fit.converged && !fit.hopeless && damping < 1e8; ++round) {
+        Values diagonal = now.matrix.diagonal();
+        diagonal.template head<2>().setConstant(0.5 * (diagonal[0] + diagonal[1]));
         auto damped = now.matrix;
-        damped.diagonal() *= 1.0 + damping;
-        damped.diagonal().array() += 1e-12 * now.matrix.diagonal().maxCoeff();
-        const typename Shape::Values step = solve_small(damped, now.rhs);
-        const bool small = step.cwiseAbs().maxCoeff() <= last_step;
+        damped.diagonal() += damping * diagonal;
+        damped.diagonal().array() += 1e-12 * diagonal.maxCoeff();
+        const Values step = solve_small(damped, now.rhs);
+        const bool small = longest(step) <= last_step;
         if (const Shape next(fit.shape.values() + step); next.valid()) {
             const OrthogonalSums<Shape> then(next, data);
             current = then.squares <= now.squares;
@@ -119,9 +127,9 @@ OrthogonalFit<Shape> fit_orthogonal(const OrthogonalData& data, const Shape& sta
     if (!current) now = OrthogonalSums<Shape>(fit.shape, data);
     // At the minimum the sums differ by rounding only and cannot judge a step any more: the last steps are not asked.
     for (int round = 0; round < last_rounds && fit.converged && !fit.hopeless; ++round) {
-        const typename Shape::Values step = solve_small(now.matrix, now.rhs);
+        const Values step = solve_small(now.matrix, now.rhs);
         const Shape next(fit.shape.values() + step);
-        if (!next.valid() || !(step.cwiseAbs().maxCoeff() < longest_last_step)) break;
+        if (!next.valid() || !(longest(step) < longest_last_step)) break;
         fit.shape = next;
         now = OrthogonalSums<Shape>(fit.shape, data);
     }

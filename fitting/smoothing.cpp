@@ -82,55 +82,94 @@ ChordLengths chord_lengths(std::span<const Vec2> points, double sigma_mm) {
     return out;
 }
 
-/// Halves the spans in which the curve does not follow its points, as `widest` of the anchors there. Says whether there
-/// are any.
-bool halve_lacking(const SmoothingSystem& system, std::span<const double> anchor_t, std::vector<double>& widest) {
-    const std::vector<char> lacking = not_followed(system.residuals(), least_sigma_mm);
-    if (std::find(lacking.begin(), lacking.end(), 1) == lacking.end()) return false;
-    const auto& breaks = system.breaks();
-    const auto last_not_above = [](std::span<const double> values, double value) {
-        return static_cast<std::size_t>(std::upper_bound(values.begin() + 1, values.end(), value) - values.begin()) - 1;
-    };
-    std::vector<std::size_t> points_in(system.spans(), 0), span_of;
-    for (const double t : system.parameters())
-        ++points_in[span_of.emplace_back(last_not_above(breaks, t))];
-    bool any = false;
-    for (std::size_t i = 0; i < lacking.size(); ++i) {
-        const std::size_t span = span_of[i], anchor = last_not_above(anchor_t, system.parameters()[i]);
-        if (lacking[i] == 0 || points_in[span] < fewest_halved) continue;
-        for (const std::size_t k : {anchor, (anchor + 1) % anchor_t.size()})
-            widest[k] = std::min(widest[k], 0.5 * (breaks[span + 1] - breaks[span]));
-        any = true;
+/// A curve from its points to its joints.
+class Smoothing {
+  public:
+    /// Points in order round and their first parameters; the points whose chords were measured.
+    Smoothing(std::vector<Vec2> points, std::vector<double> t, const ChordLengths& chords,
+              std::span<const Vec2> points_of_chords, double sigma_mm)
+        : system_(std::move(points), sigma_mm), t_(std::move(t)), period_(chords.period) {
+        for (const std::size_t i : chords.anchors) {
+            anchors_.push_back(points_of_chords[i]);
+            anchor_t_.push_back(chords.t[i]);
+        }
+        widest_.assign(anchors_.size(), period_);
     }
-    return any;
-}
 
-/// The start: least squares of the points themselves, hardly smoothed; with finer knots as long as the noise turns out
-/// to be smaller than was thought, and where the curve does not follow the points.
-core::Status start(SmoothingSystem& system, const ChordLengths& chords, std::span<const Vec2> points,
-                   std::span<const double> t) {
-    std::vector<Vec2> anchors;
-    std::vector<double> anchor_t;
-    for (const std::size_t i : chords.anchors) {
-        anchors.push_back(points[i]);
-        anchor_t.push_back(chords.t[i]);
+    core::Status run() {
+        if (auto status = fit({}); !status) return status;
+        // What joints do not explain is narrower than the spans.
+        const std::vector<char> lacking = not_followed(system_.residuals(), least_sigma_mm);
+        if (std::find(lacking.begin(), lacking.end(), 1) == lacking.end()) return {};
+        return fit(lacking);
     }
-    const std::size_t most = std::clamp(anchors.size() * 2, least_spans, most_spans);
-    double turn = turn_rad;
-    std::vector<double> widest(anchors.size(), chords.period);
-    const auto anew = [&] {
-        return system.start(graded_knots(anchors, anchor_t, chords.period, turn, most, widest), t);
-    };
-    for (int attempt = 0;; ++attempt) {
-        if (auto status = anew(); !status) return status;
-        const double finer = turn_rad * std::clamp(std::cbrt(system.sigma_mm() / common_sigma_mm), finest_turn, 1.2);
-        if (attempt == refinements || finer > 0.8 * turn) break;
-        turn = finer;
+
+    SmoothingSystem& system() { return system_; }
+    std::vector<CurvatureStep>& joints() { return joints_; }
+
+  private:
+    core::Status fit(std::span<const char> lacking) {
+        if (auto status = start(lacking); !status) return status;
+        if (auto status = system_.refine(tunings); !status) return status;
+        auto joints = place_joints(system_);
+        if (!joints) return tl::unexpected(joints.error());
+        joints_ = std::move(*joints);
+        return {};
     }
-    for (int halving = 0; halving < halvings && halve_lacking(system, anchor_t, widest); ++halving)
-        if (auto status = anew(); !status) return status;
-    return {};
-}
+
+    /// The start: least squares of the points themselves, hardly smoothed; with finer knots as long as the noise turns
+    /// out to be smaller than was thought, and where it does not follow points that are `lacking`.
+    core::Status start(std::span<const char> lacking) {
+        double turn = turn_rad;
+        for (int attempt = 0;; ++attempt) {
+            if (auto status = anew(turn); !status) return status;
+            const double finer =
+                turn_rad * std::clamp(std::cbrt(system_.sigma_mm() / common_sigma_mm), finest_turn, 1.2);
+            if (attempt == refinements || finer > 0.8 * turn) break;
+            turn = finer;
+        }
+        if (lacking.empty()) return {};
+        for (int halving = 0; halving < halvings && halve(lacking); ++halving)
+            if (auto status = anew(turn); !status) return status;
+        return {};
+    }
+
+    core::Status anew(double turn) {
+        const std::size_t most = std::clamp(anchors_.size() * 2, least_spans, most_spans);
+        return system_.start(graded_knots(anchors_, anchor_t_, period_, turn, most, widest_), t_);
+    }
+
+    /// Halves the spans that do not follow `lacking` points, as `widest_` of the anchors there. Are there any?
+    bool halve(std::span<const char> lacking) {
+        const std::vector<char> still = not_followed(system_.residuals(), least_sigma_mm);
+        const auto& breaks = system_.breaks();
+        const auto last_not_above = [](std::span<const double> values, double value) {
+            return static_cast<std::size_t>(std::upper_bound(values.begin() + 1, values.end(), value) -
+                                            values.begin()) -
+                   1;
+        };
+        std::vector<std::size_t> points_in(system_.spans(), 0), span_of;
+        for (const double t : system_.parameters())
+            ++points_in[span_of.emplace_back(last_not_above(breaks, t))];
+        bool any = false;
+        for (std::size_t i = 0; i < still.size(); ++i) {
+            const std::size_t span = span_of[i], anchor = last_not_above(anchor_t_, system_.parameters()[i]);
+            if (lacking[i] == 0 || still[i] == 0 || points_in[span] < fewest_halved) continue;
+            for (const std::size_t k : {anchor, (anchor + 1) % anchor_t_.size()})
+                widest_[k] = std::min(widest_[k], 0.5 * (breaks[span + 1] - breaks[span]));
+            any = true;
+        }
+        return any;
+    }
+
+    SmoothingSystem system_;
+    std::vector<double> t_;
+    std::vector<Vec2> anchors_;
+    std::vector<double> anchor_t_;
+    double period_;
+    std::vector<double> widest_;  // that a span at an anchor may be
+    std::vector<CurvatureStep> joints_;
+};
 
 }  // namespace
 
@@ -157,11 +196,9 @@ core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points) {
         t[i] = chords.t[order[i]];
     }
 
-    SmoothingSystem system(std::move(in_order), sigma_mm);
-    if (auto status = start(system, chords, points, t); !status) return tl::unexpected(status.error());
-    if (auto status = system.refine(tunings); !status) return tl::unexpected(status.error());
-    auto joints = place_joints(system);
-    if (!joints) return tl::unexpected(joints.error());
+    Smoothing smoothing(std::move(in_order), std::move(t), chords, points, sigma_mm);
+    if (auto status = smoothing.run(); !status) return tl::unexpected(status.error());
+    SmoothingSystem& system = smoothing.system();
 
     SmoothCurve out;
     out.parameter.resize(n);
@@ -174,7 +211,7 @@ core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points) {
     }
     out.sigma_mm = system.sigma_mm();
     out.freedom = system.freedom();
-    out.joints = std::move(*joints);
+    out.joints = std::move(smoothing.joints());
     auto pieces = system.curve().pieces();
     for (auto& piece : pieces)
         piece[0] += origin;

@@ -34,7 +34,7 @@ constexpr double least_distance_mm = 1e-3;  // of rows
 constexpr std::size_t rows_to_stray = 6;    // one of so many may lie apart
 constexpr double stray_weight = 1.0;        // of the columns that it lies apart from
 constexpr double stray_sigmas = 8.0, least_stray_mm = 3e-3;
-constexpr double seen_share = 0.5;  // of that, beside a stray
+constexpr double seen_share = 0.5;      // of that, beside a stray
 constexpr double least_freedom = 0.05;  // of a row: 1 less its leverage
 // Feet farther away than so many times the rms of those before are looked for again with proof.
 constexpr double doubtful = 3.0;
@@ -182,7 +182,8 @@ class RowsFitter {
             const auto [i, k] = found.back();
             found.pop_back();
             for (const std::size_t beside : {(i + 1) % n, (i + n - 1) % n}) {
-                if (strays[beside] == m / rows_to_stray || std::abs(off[beside][k]) < seen_share * most(beside)) continue;
+                if (strays[beside] == m / rows_to_stray || std::abs(off[beside][k]) < seen_share * most(beside))
+                    continue;
                 set_aside(beside, k);
                 found.emplace_back(beside, k);
             }
