@@ -28,8 +28,8 @@ constexpr int refinements = 3;
 constexpr int halvings = 8;               // of spans that do not follow their points
 constexpr std::size_t fewest_halved = 4;  // points in such a span
 constexpr int tunings = 9;
-/// exp(sqrt(2)): the logarithm of a variance that one degree of freedom tells has the variance 2, and a knot and its
-/// neighbours tell hardly more of theirs. The uncertainty is that of a curve so much rougher than is likeliest.
+/// exp(1): the logarithm of a variance that two degrees of freedom tell has the variance 1, and a knot and those that
+/// share its scale tell hardly more of theirs. The uncertainty is that of a curve so much rougher than is likeliest.
 constexpr double roughness_doubt = 2.72;
 constexpr double longest_period_mm = 1e7;
 
