@@ -11,15 +11,15 @@ namespace cmm::acquisition::decisions {
 namespace {
 
 constexpr double stated_risk = 0.05;
+constexpr double by_luck = 0.05 / 8;
 
-/// The number is small: what the test asks for is that the share's 95 % interval does not lie above the stated risk. A
-/// place narrower than the fit follows is flattened by it (docs/measured.md): it is in the table, not promised here.
+/// The number is small: what the test asks for is that no share's interval lies above the stated risk. Four sizes stand
+/// at either limit, and each share has the chance to lie there by luck; all together have 5 % (Bonferroni).
 void expect_within_risk(const Table& table) {
     for (const auto& [name, rates] : table) {
-        if (name.find("narrow place") != std::string::npos) continue;
         ASSERT_GT(rates.trials, 10U) << name;
-        EXPECT_LE(binomial_interval(rates.accepted, rates.trials).first, stated_risk) << name;
-        EXPECT_LE(binomial_interval(rates.rejected, rates.trials).first, stated_risk) << name;
+        EXPECT_LE(binomial_interval(rates.accepted, rates.trials, by_luck).first, stated_risk) << name;
+        EXPECT_LE(binomial_interval(rates.rejected, rates.trials, by_luck).first, stated_risk) << name;
     }
 }
 
@@ -29,7 +29,7 @@ TEST(DecisionRisk, BladesAtTheirLimitsAreSeldomMisjudged) {
         Task task;
         task.family = family;
         task.first_seed = 20001;
-        task.blades = 12;
+        task.blades = 50;
         task.sigmas_mm = {2e-3};
         const auto tables = run(task);
         for (const auto& [name, rates] : tables.front())

@@ -200,8 +200,8 @@ std::vector<Table> run(const Task& task) {
     return tables;
 }
 
-std::pair<double, double> binomial_interval(std::size_t count, std::size_t trials) {
-    constexpr double tail = 0.025;
+std::pair<double, double> binomial_interval(std::size_t count, std::size_t trials, double outside) {
+    const double tail = 0.5 * outside;
     if (trials == 0) return {0.0, 1.0};
     const double low =
         count == 0 ? 0.0 : bisect([&](double share) { return 1.0 - binomial_cdf(count - 1, trials, share) > tail; });

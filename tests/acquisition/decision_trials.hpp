@@ -37,7 +37,8 @@ struct Task {
 /// One table for each noise. Deterministic.
 std::vector<Table> run(const Task& task);
 
-/// 95 % interval of a share of which `count` of `trials` were seen: Clopper and Pearson 1934.
-std::pair<double, double> binomial_interval(std::size_t count, std::size_t trials);
+/// Interval of a share of which `count` of `trials` were seen, which misses it with probability `outside` at most:
+/// Clopper and Pearson 1934.
+std::pair<double, double> binomial_interval(std::size_t count, std::size_t trials, double outside = 0.05);
 
 }  // namespace cmm::acquisition::decisions

@@ -15,7 +15,7 @@ constexpr double noise_mm = 0.002;
 /// A blade whose lower section swells on one side to a share of what its zone allows. What is touched depends on the
 /// place alone, so that a run that was cut off finds the same part.
 struct UntilDecidedTest : ScanJobTest {
-    double share = 0.983;
+    double share = 0.997;
     Eigen::Vector2d top_mm = Eigen::Vector2d::Zero();
 
     void SetUp() override {
