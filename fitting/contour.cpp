@@ -103,8 +103,7 @@ class ContourBuilder {
             while (k + 1 < n && measure[k + 1] <= wanted)
                 ++k;
             const OffsetPoint &a = part[at(k)], &b = part[at(k + 1)];
-            const double share =
-                std::clamp((wanted - measure[k]) / std::max(measure[k + 1] - measure[k], 1e-300), 0.0, 1.0);
+            const double share = on_grid((wanted - measure[k]) / std::max(measure[k + 1] - measure[k], 1e-300));
             ContourPoint& out = fit_.contour[i];
             out.position_mm = a.position + share * (b.position - a.position);
             out.normal = (a.normal + share * (b.normal - a.normal)).normalized();
@@ -119,6 +118,10 @@ class ContourBuilder {
             if (!surface_.empty()) take_surface(smooth_.curve.wrap(a.t), noise_uncertainty(a), out);
         }
     }
+
+    /// A share of a step, to its sixty-fourth: what rounding does to the turning along flat sides does not move the
+    /// places there.
+    static double on_grid(double share) { return std::round(std::clamp(share, 0.0, 1.0) * 64.0) / 64.0; }
 
     void take_surface(double t, double noise_mm, ContourPoint& out) const {
         const auto above = std::upper_bound(surface_.begin(), surface_.end(), t,
