@@ -11,11 +11,11 @@ namespace cmm::fitting {
 namespace {
 
 /// The largest of some 1 000 such sums of noise is below this in 99.5 % of the cases (products have long tails).
-struct Window {
+struct SidedRun {
     std::size_t points;
     double most_sigmas;
 };
-constexpr Window windows[] = {{8, 7.0}, {16, 5.5}, {32, 5.0}};
+constexpr SidedRun sided_runs[] = {{8, 7.0}, {16, 5.5}, {32, 5.0}};
 
 }  // namespace
 
@@ -30,7 +30,7 @@ std::vector<char> not_followed(std::span<const double> residuals, double least_s
         steps[i] = std::abs(next - residuals[i]);
     }
     const double sigma = std::max(nth_smallest(steps, n / 2) / (0.6745 * std::numbers::sqrt2), least_sigma_mm);
-    for (const auto& [window, most_sigmas] : windows) {
+    for (const auto& [window, most_sigmas] : sided_runs) {
         if (2 * window > n) break;
         const double most = most_sigmas * sigma * sigma * std::sqrt(static_cast<double>(window));
         double sum = 0.0;
