@@ -18,7 +18,6 @@ namespace {
 using pdf::Cell;
 using pdf::Column;
 using pdf::Ink;
-using pdf::Picture;
 
 constexpr int paper_digits = 4;
 
@@ -107,7 +106,7 @@ void add_characteristics(pdf::Pages& pages, const PartResult& part) {
     pages.table(columns, rows);
 }
 
-void add(std::vector<Picture>& pictures, std::string caption, const std::string& figure) {
+void add(std::vector<pdf::Picture>& pictures, std::string caption, const std::string& figure) {
     if (!figure.empty()) pictures.push_back({std::move(caption), svg::on_paper(figure)});
 }
 
@@ -115,7 +114,7 @@ void add_section(pdf::Pages& pages, const SectionResult& section, double ball_ra
     pages.heading(title_of(section) + ": " + words(section.decision()));
     pages.paragraph(summary_of(section), Ink::soft);
     if (!section.why.empty()) pages.paragraph("Not evaluable: " + section.why, Ink::open);
-    std::vector<Picture> wide, edges;
+    std::vector<pdf::Picture> wide, edges;
     add(wide, section.closed() ? "Contour" : "Recorded ball centres and nominal",
         overlay_figure(section, ball_radius_mm));
     add(wide, "Deviations along the normal of the nominal, outwards positive", whisker_figure(section));
@@ -148,7 +147,7 @@ core::Result<std::string> report_pdf(const PartResult& part) {
         pages->paragraph(reason);
     add_results(*pages, part);
     add_characteristics(*pages, part);
-    std::vector<Picture> map, trends;
+    std::vector<pdf::Picture> map, trends;
     add(map, "Each section is a strip, cut open at the trailing edge; red: too much material", map_figure(part));
     if (!map.empty()) {
         pages->heading("Deviations over the blade");
