@@ -9,6 +9,7 @@
 
 #include "acquisition/figure_layout.hpp"
 #include "acquisition/section_figures.hpp"
+#include "acquisition/surface_deviation.hpp"
 #include "acquisition/svg.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -47,24 +48,7 @@ std::string colour(int step) {
 }
 
 bool has_map(const SectionResult& section) {
-    return section.closed() && section.mapped_deviation_mm().size() == section.fit->contour.size();
-}
-
-/// Half the widest tolerance zone; without one, nearly the largest deviation, rounded up.
-double full_scale_um(const PartResult& part) {
-    double limit = 0.0;
-    std::vector<double> all;
-    for (const auto& section : part.sections) {
-        if (!has_map(section)) continue;
-        for (const auto& zone : zone_limits_mm(section))
-            limit = std::max(limit, 0.5 * um_from_mm(zone.value_or(0.0)));
-        for (const auto& deviation : section.mapped_deviation_mm())
-            if (deviation) all.push_back(um_from_mm(std::abs(*deviation)));
-    }
-    if (limit > 0.0 || all.empty()) return limit;
-    const auto place = all.begin() + static_cast<std::ptrdiff_t>(shown_quantile * static_cast<double>(all.size() - 1));
-    std::nth_element(all.begin(), place, all.end());
-    return std::max(1.0, std::ceil(*place));
+    return section.closed() && section.deviation_mm.size() == section.fit->contour.size();
 }
 
 /// A section cut open at the TE: where its contour points lie right (counter-clockwise) or left of the LE nose, mm.
@@ -72,7 +56,25 @@ struct Strip {
     const SectionResult* section;
     double low_z, high_z;  // that it is drawn for
     std::vector<double> from_mm, to_mm;
+    std::vector<std::optional<double>> deviation_mm;
+    bool in_space;  // the deviation: to the surface of the nominal, otherwise in the plane
 };
+
+/// Half the widest tolerance zone; without one, nearly the largest deviation, rounded up.
+double full_scale_um(const std::vector<Strip>& strips) {
+    double limit = 0.0;
+    std::vector<double> all;
+    for (const auto& strip : strips) {
+        for (const auto& zone : zone_limits_mm(*strip.section))
+            limit = std::max(limit, 0.5 * um_from_mm(zone.value_or(0.0)));
+        for (const auto& deviation : strip.deviation_mm)
+            if (deviation) all.push_back(um_from_mm(std::abs(*deviation)));
+    }
+    if (limit > 0.0 || all.empty()) return limit;
+    const auto place = all.begin() + static_cast<std::ptrdiff_t>(shown_quantile * static_cast<double>(all.size() - 1));
+    std::nth_element(all.begin(), place, all.end());
+    return std::max(1.0, std::ceil(*place));
+}
 
 Strip unroll(const SectionResult& section) {
     const auto& contour = section.fit->contour;
@@ -84,7 +86,12 @@ Strip unroll(const SectionResult& section) {
         if ((contour[i].position_mm - section.fit->te_point_mm).squaredNorm() <
             (contour[te].position_mm - section.fit->te_point_mm).squaredNorm())
             te = i;
-    Strip strip{&section, section.z_mm, section.z_mm, std::vector<double>(n), std::vector<double>(n)};
+    auto deviation_mm = surface_deviations(section);
+    const bool in_space = !deviation_mm.empty();
+    if (!in_space) deviation_mm = section.deviation_mm;
+    Strip strip{
+        &section, section.z_mm, section.z_mm, std::vector<double>(n), std::vector<double>(n), std::move(deviation_mm),
+        in_space};
     for (std::size_t i = 0; i < n; ++i) {
         const double turn = i < te ? 0.0 : -around;
         strip.from_mm[i] = turn + contour[i].arc_length_mm;
@@ -121,7 +128,7 @@ int step_of(double deviation_um, double full_um) {
 
 /// The strip's rectangles, of neighbouring points of one colour one, by colour; the last: what the ball does not reach.
 void add_rectangles(const Strip& strip, double full_um, const PlotFrame& frame, std::vector<std::string>& paths) {
-    const auto& deviation = strip.section->mapped_deviation_mm();
+    const auto& deviation = strip.deviation_mm;
     const auto kind = [&](std::size_t i) {
         return deviation[i] ? static_cast<std::size_t>(step_of(um_from_mm(*deviation[i]), full_um) + steps)
                             : paths.size() - 1;
@@ -158,7 +165,7 @@ void draw_scale(Picture& picture, double full_um, double left, double top, doubl
 
 std::string map_figure(const PartResult& part) {
     const auto strips = strips_of(part);
-    const double full_um = full_scale_um(part);
+    const double full_um = full_scale_um(strips);
     if (strips.empty() || !(full_um > 0.0)) return {};
     double left = 0.0, right = 0.0;
     for (const auto& strip : strips) {
@@ -172,8 +179,7 @@ std::string map_figure(const PartResult& part) {
     const PlotFrame frame({margin_left, top}, {width - margin_left - scale_room, height - top - margin_bottom},
                           {left - pad_mm, strips.front().low_z - pad_z},
                           {right + pad_mm, strips.back().high_z + pad_z});
-    const bool in_space = std::any_of(strips.begin(), strips.end(),
-                                      [](const Strip& strip) { return !strip.section->surface_deviation_mm.empty(); });
+    const bool in_space = std::any_of(strips.begin(), strips.end(), [](const Strip& strip) { return strip.in_space; });
     Picture picture(width, height,
                     in_space ? "Deviation of all sections from the surface of the nominal, unrolled"
                              : "Deviation of all sections, unrolled");

@@ -59,6 +59,7 @@ class FormProfiles {
 
     /// Within that distance of the nominal's nose is the edge, beyond it the side.
     void change_zones() {
+        if (!changes_[0] && !changes_[1]) return;
         const std::array edges{Zone::le, Zone::te};
         const std::array noses{curve_->le_point(), curve_->te_point()};
         std::optional<double> near_mm;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,6 +15,8 @@
 #include "fitting/section.hpp"
 
 namespace cmm::acquisition {
+
+class NominalSurface;
 
 /// ISO 14253-1: three states; `reported` carries no requirement, `not_evaluable` says why in `note`.
 enum class Decision : std::uint8_t { accept, reject, undecided, reported, not_evaluable };
@@ -107,9 +110,7 @@ struct SectionResult {
     /// Signed distance along the normal of the nominal, after the alignment, one per fit->contour point, none where the
     /// ball does not reach the nominal; empty without a nominal, and where the alignment was refused.
     std::vector<std::optional<double>> deviation_mm;
-    /// The same to the surface of the nominal, along its normal in space; empty where the nominal is none (only STEP
-    /// is).
-    std::vector<std::optional<double>> surface_deviation_mm;
+    std::shared_ptr<const NominalSurface> nominal_surface;  ///< where the nominal is one (only STEP is)
     /// For the pictures: the nominal laid onto the measured section; empty without a nominal.
     std::vector<Eigen::Vector2d> nominal_contour;
     Alignment alignment;
@@ -124,10 +125,6 @@ struct SectionResult {
     std::size_t not_reached() const;
     /// U95 of the deviation at a contour point, with that of the alignment.
     double deviation_u95_mm(std::size_t point) const;
-    /// For maps over the part: to the surface where there is one, otherwise in the plane.
-    const std::vector<std::optional<double>>& mapped_deviation_mm() const {
-        return surface_deviation_mm.empty() ? deviation_mm : surface_deviation_mm;
-    }
     const Characteristic* find(std::string_view characteristic_name) const;
     /// Worst decision of its requirements: reject, undecided, accept; `reported` when it has none and is closed.
     Decision decision() const;

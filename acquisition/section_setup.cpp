@@ -5,7 +5,6 @@
 
 #include "acquisition/evaluation.hpp"
 #include "acquisition/live_section.hpp"
-#include "acquisition/surface_deviation.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -63,7 +62,7 @@ SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit>
     const ReferenceContour* nominal = setup.nominal ? &setup.nominal->reference : nullptr;
     section = evaluate_section(std::move(section), std::move(fit), nominal, evaluation,
                                setup.nominal ? &setup.nominal->section : nullptr, shared);
-    if (setup.nominal) section.surface_deviation_mm = surface_deviations(section, *setup.nominal);
+    if (setup.nominal) section.nominal_surface = setup.nominal->surface;
     return section;
 }
 

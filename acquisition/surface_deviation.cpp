@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "acquisition/nominal.hpp"
+
 namespace cmm::acquisition {
 namespace {
 
@@ -10,8 +12,9 @@ constexpr double slack_mm = 1e-6;  // the nearest place of the surface is no far
 
 }  // namespace
 
-std::vector<std::optional<double>> surface_deviations(const SectionResult& section, const SectionNominal& nominal) {
-    if (!nominal.surface || !section.closed() || section.deviation_mm.size() != section.fit->contour.size()) return {};
+std::vector<std::optional<double>> surface_deviations(const SectionResult& section) {
+    if (!section.nominal_surface || !section.closed() || section.deviation_mm.size() != section.fit->contour.size())
+        return {};
     const auto& contour = section.fit->contour;
     const fitting::PlaneMotion& motion = section.alignment.motion;
     std::vector<std::optional<double>> deviations(contour.size());
@@ -21,7 +24,7 @@ std::vector<std::optional<double>> surface_deviations(const SectionResult& secti
         const Eigen::Vector2d place = motion.undo(contour[i].position_mm);
         const Eigen::Vector2d outward = motion.undo_on_direction(contour[i].normal);
         const Eigen::Vector3d point(place.x(), place.y(), section.z_mm);
-        const auto foot = nominal.surface->closest(point, place - *in_plane * outward);
+        const auto foot = section.nominal_surface->closest(point, place - *in_plane * outward);
         if (!foot) continue;
         const double along = (point - foot->position_mm).dot(foot->normal);
         if (std::abs(along) > std::abs(*in_plane) + slack_mm) continue;

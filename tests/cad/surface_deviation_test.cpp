@@ -10,6 +10,8 @@
 #include <numbers>
 
 #include "acquisition/section_figures.hpp"
+#include "acquisition/section_setup.hpp"
+#include "acquisition/section_setup.hpp"
 #include "tests/acquisition/temp_folder.hpp"
 #include "tests/cad/elliptic_body.hpp"
 
@@ -98,8 +100,9 @@ TEST_F(SurfaceDeviations, AreTheDisplacementsAlongTheNormal) {
         ASSERT_TRUE(own.nominal && own.nominal->surface);
         std::vector<double> truth;
         auto section = measured(z_mm, d, truth);
+        section.nominal_surface = own.nominal->surface;
         section.deviation_mm = own.nominal->reference.compare(section.fit->contour);
-        const auto found = surface_deviations(section, *own.nominal);
+        const auto found = surface_deviations(section);
         ASSERT_EQ(found.size(), truth.size());
         double sum = 0.0, true_sum = 0.0;
         for (std::size_t i = 0; i < found.size(); ++i) {
@@ -124,6 +127,7 @@ TEST_F(SurfaceDeviations, FollowTheAlignment) {
     auto section = measured(
         35.0, [](double) { return 0.020; }, truth);
     section.deviation_mm = own.nominal->reference.compare(section.fit->contour);
+    section.nominal_surface = own.nominal->surface;
     section.alignment.motion.turn_rad = 0.01;
     section.alignment.motion.about_mm = Vector2d(3.0, 4.0);
     section.alignment.motion.shift_mm = Vector2d(0.5, -0.3);
@@ -132,13 +136,13 @@ TEST_F(SurfaceDeviations, FollowTheAlignment) {
         point.position_mm = turn * (point.position_mm - Vector2d(3.0, 4.0)) + Vector2d(3.5, 3.7);
         point.normal = turn * point.normal;
     }
-    const auto found = surface_deviations(section, *own.nominal);
+    const auto found = surface_deviations(section);
     ASSERT_EQ(found.size(), truth.size());
     for (std::size_t i = 0; i < found.size(); ++i)
         EXPECT_NEAR(found[i].value_or(1.0), 0.020, 1e-4);
 }
 
-TEST_F(SurfaceDeviations, AreJudgedWithTheSectionAndDrawn) {
+TEST_F(SurfaceDeviations, AreDrawn) {
     const auto own = setup(35.0);
     std::vector<double> truth;
     auto section = measured(
@@ -153,21 +157,23 @@ TEST_F(SurfaceDeviations, AreJudgedWithTheSectionAndDrawn) {
     section.deviation_mm = own.nominal->reference.compare(section.fit->contour);
     PartResult part;
     part.sections.push_back(section);
+    const auto judged = judge_fit(section, *section.fit, own);
+    EXPECT_EQ(judged.nominal_surface, own.nominal->surface);
     const auto in_plane = map_figure(part);
     EXPECT_EQ(in_plane.find("nominal surface"), std::string::npos);
-    part.sections[0].surface_deviation_mm = surface_deviations(section, *own.nominal);
+    part.sections[0].nominal_surface = section.nominal_surface = own.nominal->surface;
     const auto picture = map_figure(part);
     EXPECT_NE(picture.find("distance from the nominal surface"), std::string::npos);
 
     // Without a surface there are none.
-    auto flat = setup(35.0);
-    flat.nominal->surface.reset();
-    EXPECT_TRUE(surface_deviations(section, *flat.nominal).empty());
+    auto flat = section;
+    flat.nominal_surface.reset();
+    EXPECT_TRUE(surface_deviations(flat).empty());
     // Where the ball does not reach the nominal there is none either, and nothing is compared without deviations.
     section.deviation_mm[5].reset();
-    EXPECT_FALSE(surface_deviations(section, *own.nominal)[5]);
+    EXPECT_FALSE(surface_deviations(section)[5]);
     section.deviation_mm.clear();
-    EXPECT_TRUE(surface_deviations(section, *own.nominal).empty());
+    EXPECT_TRUE(surface_deviations(section).empty());
 }
 
 }  // namespace
