@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/curvature_extreme.hpp"
 #include "acquisition/evaluation.hpp"
 #include "acquisition/section_alignment.hpp"
 #include "core/text.hpp"
@@ -134,18 +135,35 @@ const core::Result<fitting::BestFit>& AskedCharacteristics::best_fit() {
     return *best_fit_;
 }
 
+fitting::MeasuredSection& AskedCharacteristics::nominal_section() {
+    if (!nominal_section_) {
+        nominal_fit_.emplace(section_of_nominal(*nominal_));
+        nominal_section_.emplace(*nominal_fit_);
+    }
+    return *nominal_section_;
+}
+
 core::Result<double> AskedCharacteristics::nominal_of(const CharacteristicSpec& spec) {
     if (const auto known = nominal_without_section(spec)) return *known;
     if (nominal_ == nullptr) return refuse("no nominal is given, and there is no nominal section");
     if (spec.kind == Kind::le_radius) return nominal_->le_radius_mm();
     if (spec.kind == Kind::te_radius) return nominal_->te_radius_mm();
-    if (!nominal_fit_) {
-        nominal_fit_.emplace(section_of_nominal(*nominal_));
-        nominal_section_.emplace(*nominal_fit_);
-    }
-    const auto measured = measure(spec, *nominal_section_);
+    if (is_curvature(spec.kind)) return curvature_of_nominal(spec, *nominal_, nominal_section().contour());
+    const auto measured = measure(spec, nominal_section());
     if (!measured) return refuse("of the nominal section: " + measured.error().message);
     return measured->value;
+}
+
+Characteristic AskedCharacteristics::curvature(const CharacteristicSpec& spec) {
+    if (nominal_ == nullptr && !needs_best_fit(spec.kind)) return curvature_extreme(spec, section_, nullptr, rule_);
+    const auto& fit = best_fit();
+    if (!fit) {
+        auto c = not_evaluable("", std::string(to_string(spec.kind)), {}, fit.error().message);
+        c.unit = unit_of(spec.kind);
+        return c;
+    }
+    const CurvatureNominal nominal{*nominal_, nominal_section().contour(), fit->motion};
+    return curvature_extreme(spec, section_, &nominal, rule_);
 }
 
 std::optional<SectionPlacement> AskedCharacteristics::placement() {
@@ -213,6 +231,8 @@ Characteristic AskedCharacteristics::make(const CharacteristicSpec& spec, const 
     Characteristic c;
     if (spec.kind == Kind::le_radius || spec.kind == Kind::te_radius) {
         if (const auto* radius = known.find(to_string(spec.kind)); radius != nullptr) c = *radius;
+    } else if (is_curvature(spec.kind)) {
+        c = curvature(spec);
     } else if (needs_best_fit(spec.kind)) {
         c = by_best_fit(spec);
     } else {

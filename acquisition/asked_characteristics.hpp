@@ -37,7 +37,9 @@ class AskedCharacteristics {
   private:
     core::Result<fitting::Measure> measure(const CharacteristicSpec& spec, fitting::MeasuredSection& section);
     const core::Result<fitting::BestFit>& best_fit();
+    fitting::MeasuredSection& nominal_section();
     core::Result<double> nominal_of(const CharacteristicSpec& spec);
+    Characteristic curvature(const CharacteristicSpec& spec);
     fitting::NumberUncertainty uncertainty(const fitting::Measure& measure) const;
     Characteristic by_best_fit(const CharacteristicSpec& spec);
     void require(const CharacteristicSpec& spec, Characteristic& c);

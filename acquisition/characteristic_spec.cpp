@@ -35,6 +35,8 @@ constexpr std::array rows{Row{Kind::chord, "chord", "chord", Unit::mm},
                           Row{Kind::centroid_y, "centroid_y", "", Unit::mm},
                           Row{Kind::throat, "throat", "", Unit::mm},
                           Row{Kind::points_out, "points_out", "", Unit::count},
+                          Row{Kind::least_curvature, "least_curvature", "", Unit::per_mm},
+                          Row{Kind::greatest_curvature, "greatest_curvature", "", Unit::per_mm},
                           Row{Kind::displacement_x, "displacement_x", "", Unit::mm},
                           Row{Kind::displacement_y, "displacement_y", "", Unit::mm},
                           Row{Kind::twist, "twist", "twist", Unit::rad},
@@ -42,6 +44,7 @@ constexpr std::array rows{Row{Kind::chord, "chord", "chord", Unit::mm},
                           Row{Kind::profile_form_suction, "profile_form_suction", "cvcont", Unit::mm},
                           Row{Kind::profile_form_te, "profile_form_te", "tecont", Unit::mm},
                           Row{Kind::profile_form_pressure, "profile_form_pressure", "cccont", Unit::mm},
+                          Row{Kind::curvature_deviation, "curvature_deviation", "", Unit::per_mm},
                           Row{Kind::lean_x, "lean_x", "", Unit::mm},
                           Row{Kind::lean_y, "lean_y", "", Unit::mm},
                           Row{Kind::bow_x, "bow_x", "", Unit::mm},
@@ -68,10 +71,7 @@ class UnitReader {
   public:
     UnitReader(const ConfigTable& table, Unit unit) : table_(table), unit_(unit) {}
 
-    std::string key(std::string_view stem) const {
-        const char* suffix = unit_ == Unit::mm ? "_mm" : unit_ == Unit::rad ? "_deg" : unit_ == Unit::mm2 ? "_mm2" : "";
-        return std::string(stem) + suffix;
-    }
+    std::string key(std::string_view stem) const { return std::string(stem).append(column_suffix(unit_)); }
     std::optional<double> number(std::string_view stem, core::Bounds bounds) const {
         const double value = table_.number(key(stem), 0.0, bounds);
         if (!table_.has(key(stem))) return std::nullopt;
@@ -93,12 +93,14 @@ void read_tolerance(const ConfigTable& table, CharacteristicSpec& spec) {
     spec.nominal = reader.number("nominal", {-1e6, 1e6});
     const auto both = reader.number("tolerance", {1e-9, 1e6});
     const auto below = reader.number("lower", {-1e6, 1e6}), above = reader.number("upper", {-1e6, 1e6});
-    if (is_zone_width(spec.kind)) {
+    if (is_zone_width(spec.kind) || spec.kind == Kind::curvature_deviation) {
         if (spec.nominal || below || above)
             table.complain(reader.key(spec.nominal ? "nominal"
                                       : below      ? "lower"
                                                    : "upper"),
-                           "does not go with a tolerance that is the full width of a zone");
+                           spec.kind == Kind::curvature_deviation
+                               ? "does not go with the largest deviation either way; say tolerance_per_mm"
+                               : "does not go with a tolerance that is the full width of a zone");
         spec.nominal = 0.0;
         spec.above = both;
         return;
@@ -159,6 +161,15 @@ void read_ends(const ConfigTable& table, CharacteristicSpec& spec) {
     }
 }
 
+/// Of a curvature: one zone, and the window.
+void read_window(const ConfigTable& table, CharacteristicSpec& spec) {
+    spec.window_mm = table.required_number("window_mm", {1e-2, 1e4});
+    if (!table.has("zone")) table.complain("zone", "is missing: le, suction, te or pressure");
+    const std::string zone = table.word("zone", "suction", {"le", "suction", "te", "pressure"});
+    for (const auto one : {fitting::Zone::le, fitting::Zone::suction, fitting::Zone::te, fitting::Zone::pressure})
+        if (zone == fitting::to_string(one)) spec.zone = one;
+}
+
 /// Of points_out.
 void read_zone(const ConfigTable& table, CharacteristicSpec& spec) {
     const std::string zone = table.word("zone", "all", {"all", "le", "suction", "te", "pressure"});
@@ -184,6 +195,7 @@ void read_places(const ConfigTable& table, CharacteristicSpec& spec) {
         spec.direction_rad = core::rad_from_deg(table.number("direction_deg", 90.0, {-360.0, 360.0}));
     }
     if (spec.kind == Kind::points_out) read_zone(table, spec);
+    if (is_curvature(spec.kind)) read_window(table, spec);
     if (is_profile_form(spec.kind)) {
         if (table.has("le_change_mm")) spec.le_change_mm = table.required_number("le_change_mm", distance);
         if (table.has("te_change_mm")) spec.te_change_mm = table.required_number("te_change_mm", distance);
@@ -201,6 +213,7 @@ std::string label_of(const CharacteristicSpec& spec, std::string_view method_wor
     if (!usual) label += "_" + method;
     if (spec.distance_mm > 0.0) label += "_" + short_number(spec.distance_mm);
     if (spec.zone) label += "_" + std::string(fitting::to_string(*spec.zone));
+    if (spec.window_mm > 0.0) label += "_" + short_number(spec.window_mm);
     if (spec.kind == Kind::generatrix)
         label += (spec.side == fitting::Zone::pressure ? "_pressure_" : "_suction_") + short_number(spec.share);
     if (spec.far_mm > 0.0) label += "_" + short_number(spec.near_mm) + "_" + short_number(spec.far_mm);
@@ -229,6 +242,10 @@ Unit unit_of(CharacteristicKind kind) noexcept {
 
 bool is_profile_form(CharacteristicKind kind) noexcept {
     return kind >= Kind::profile_form_le && kind <= Kind::profile_form_pressure;
+}
+
+bool is_curvature(CharacteristicKind kind) noexcept {
+    return kind == Kind::least_curvature || kind == Kind::greatest_curvature || kind == Kind::curvature_deviation;
 }
 
 bool is_of_part(CharacteristicKind kind) noexcept {

@@ -33,6 +33,8 @@ enum class CharacteristicKind : std::uint8_t {
     centroid_y,
     throat,
     points_out,
+    least_curvature,
+    greatest_curvature,
     displacement_x,
     displacement_y,
     twist,
@@ -40,6 +42,7 @@ enum class CharacteristicKind : std::uint8_t {
     profile_form_suction,
     profile_form_te,
     profile_form_pressure,
+    curvature_deviation,
     lean_x,
     lean_y,
     bow_x,
@@ -52,9 +55,11 @@ std::string_view to_string(CharacteristicKind kind) noexcept;
 /// By our name or a keyword of the field (CHORD, CHDANG, MAXTHK, LETHCK, TWIST, CCCONT, ...), in capitals or not.
 std::optional<CharacteristicKind> characteristic_kind_from(std::string_view name);
 Unit unit_of(CharacteristicKind kind) noexcept;
-/// Forms after the best fit to the nominal: displacement, twist, profile_form_*.
+/// Forms after the best fit to the nominal: displacement, twist, profile_form_*, curvature_deviation.
 bool needs_best_fit(CharacteristicKind kind) noexcept;
 bool is_profile_form(CharacteristicKind kind) noexcept;
+/// Of the curvature over a window of arc length.
+bool is_curvature(CharacteristicKind kind) noexcept;
 /// Needs several sections (part_characteristics.hpp).
 bool is_of_part(CharacteristicKind kind) noexcept;
 /// The tolerance is the full width of a zone about nought: profile_form_*, bow_true_position, generatrix.
@@ -76,7 +81,8 @@ struct CharacteristicSpec {
     double pitch_mm = 0.0;                                    ///< of a throat, along `direction_rad`
     std::optional<std::size_t> root, tip, reference_section;  ///< absent: the lowest, the highest, the root
     fitting::Zone side = fitting::Zone::suction;              ///< of a generatrix
-    std::optional<fitting::Zone> zone;                        ///< of points_out; absent: all of them
+    std::optional<fitting::Zone> zone;                        ///< of points_out, absent: all of them; of a curvature
+    double window_mm = 0.0;                                   ///< of a curvature
     /// Of profile_form_*: how far from its nose LE and TE reach; absent: as far as the contour's edges do.
     std::optional<double> le_change_mm, te_change_mm;
     std::optional<double> width_mm;      ///< of its tolerance zone; absent: that of the gate

@@ -28,12 +28,16 @@ const std::string whole_part = "part";
 
 std::string number(const std::optional<double>& value, Unit unit) {
     if (!value) return {};
-    const int digits = unit == Unit::share ? 5 : unit == Unit::count ? 0 : 4;
+    const int digits = unit == Unit::share || unit == Unit::per_mm ? 5 : unit == Unit::count ? 0 : 4;
     return core::fixed(unit == Unit::rad ? core::deg_from_rad(*value) : *value, digits);
 }
 
 const char* symbol(Unit unit) {
-    return unit == Unit::mm ? "mm" : unit == Unit::rad ? "\u00b0" : unit == Unit::mm2 ? "mm\u00b2" : "";
+    return unit == Unit::mm       ? "mm"
+           : unit == Unit::rad    ? "\u00b0"
+           : unit == Unit::mm2    ? "mm\u00b2"
+           : unit == Unit::per_mm ? "1/mm"
+                                  : "";
 }
 
 CharacteristicRow row_of(const std::string& place, const Characteristic& c) {

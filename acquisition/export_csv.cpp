@@ -39,11 +39,6 @@ std::vector<CsvColumn> characteristic_columns(const PartResult& part) {
     return columns;
 }
 
-/// Of a column's name.
-const char* suffix_of(Unit unit) {
-    return unit == Unit::mm ? "_mm" : unit == Unit::rad ? "_deg" : unit == Unit::mm2 ? "_mm2" : "";
-}
-
 std::string cell(const std::optional<double>& value, Unit unit) {
     return value && unit == Unit::rad ? cell(core::deg_from_rad(*value)) : cell(value);
 }
@@ -76,7 +71,7 @@ std::string sections_csv(const PartResult& part) {
     const auto columns = characteristic_columns(part);
     std::string out = "index,z_mm,points,rejected,closed";
     for (const auto& [name, unit] : columns) {
-        const std::string suffix = suffix_of(unit);
+        const std::string suffix(column_suffix(unit));
         for (const std::string& last : {suffix, "_u95" + suffix, std::string("_decision")})
             out.append(",").append(name).append(last);
     }

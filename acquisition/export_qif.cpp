@@ -50,7 +50,7 @@ std::string persistent_id(std::string_view text) {
 }
 
 /// What QIF calls the characteristic: the beginning of the names of its four elements. None: QIF has no number without
-/// a unit, but with limits of its own.
+/// a unit, or with one of its own, that has limits.
 std::optional<std::string_view> kind_of(const Characteristic& one) {
     switch (one.unit) {
         case Unit::mm:
@@ -60,6 +60,7 @@ std::optional<std::string_view> kind_of(const Characteristic& one) {
             return "UserDefinedAngular";
         case Unit::mm2:
             return "UserDefinedArea";
+        case Unit::per_mm:
         case Unit::share:
         case Unit::count:
             return std::nullopt;

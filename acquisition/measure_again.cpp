@@ -79,10 +79,10 @@ class AgainPlanner {
         return static_cast<double>(*std::max_element(count.begin(), count.end()));
     }
 
-    std::optional<Kind> kind_of(const Characteristic& c) const {
+    const CharacteristicSpec* spec_of(const Characteristic& c) const {
         for (const auto& spec : setup_.gate.characteristics)
-            if (spec.label == c.name && spec.is_of(judged_.index)) return spec.kind;
-        return characteristic_kind_from(c.name);
+            if (spec.label == c.name && spec.is_of(judged_.index)) return &spec;
+        return nullptr;
     }
 
     bool ask(const Characteristic& c) {
@@ -96,7 +96,8 @@ class AgainPlanner {
             if (finer) std::fill(split_.begin(), split_.end(), *finer);
             return finer.has_value();
         }
-        const auto kind = kind_of(c);
+        const auto* spec = spec_of(c);
+        const auto kind = spec != nullptr ? std::optional(spec->kind) : characteristic_kind_from(c.name);
         if (!kind || *kind == Kind::points_out) return false;  // more points make none of them more certain
         const auto split = split_for(c, 0.0);
         if (!split) return false;
@@ -124,6 +125,11 @@ class AgainPlanner {
             case Kind::stagger:
                 mark_zone(Zone::le, *split);
                 mark_zone(Zone::te, *split);
+                break;
+            case Kind::least_curvature:
+            case Kind::greatest_curvature:
+            case Kind::curvature_deviation:
+                mark_zone(*spec->zone, *split);
                 break;
             case Kind::max_thickness:
             case Kind::max_thickness_position:

@@ -14,7 +14,6 @@ namespace cmm::acquisition {
 namespace {
 
 constexpr int z_digits = 1;
-constexpr int worded_digits = 3, angle_digits = 4, share_digits = 4;
 
 std::string where(const SectionResult& section) {
     return "section " + std::to_string(section.index) + " (z " + core::fixed(section.z_mm, z_digits) + ")";
@@ -95,37 +94,6 @@ std::string reason(const SectionResult& section) {
 }
 
 }  // namespace
-
-std::string_view to_string(Unit unit) noexcept {
-    switch (unit) {
-        case Unit::mm:
-            return "mm";
-        case Unit::rad:
-            return "rad";
-        case Unit::mm2:
-            return "mm2";
-        case Unit::share:
-        case Unit::count:
-            return "1";
-    }
-    return "";
-}
-
-std::string worded(double value, Unit unit) {
-    switch (unit) {
-        case Unit::mm:
-            return core::fixed(value, worded_digits) + " mm";
-        case Unit::rad:
-            return core::fixed(core::deg_from_rad(value), angle_digits) + " deg";
-        case Unit::mm2:
-            return core::fixed(value, worded_digits) + " mm2";
-        case Unit::share:
-            return core::fixed(value, share_digits);
-        case Unit::count:
-            return core::fixed(value, 0);
-    }
-    return {};
-}
 
 std::string_view to_string(Decision decision) noexcept {
     switch (decision) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "acquisition/alignment.hpp"
+#include "acquisition/unit.hpp"
 #include "core/error.hpp"
 #include "fitting/compensation_method.hpp"
 #include "fitting/section.hpp"
@@ -21,11 +22,6 @@ class NominalSurface;
 /// ISO 14253-1: three states; `reported` carries no requirement, `not_evaluable` says why in `note`.
 enum class Decision : std::uint8_t { accept, reject, undecided, reported, not_evaluable };
 std::string_view to_string(Decision decision) noexcept;
-
-/// What the number of a characteristic counts. Angles are radians here and degrees in texts and tables.
-enum class Unit : std::uint8_t { mm, rad, mm2, share, count };
-/// "mm", "rad", "mm2", and of shares and counts "1".
-std::string_view to_string(Unit unit) noexcept;
 
 /// A characteristic of one section: a number with its method, its uncertainty and what was decided about it.
 /// Always there: profile_le, profile_suction, profile_te, profile_pressure (with a nominal), le_radius, te_radius,
@@ -52,8 +48,6 @@ struct Characteristic {
 inline std::optional<double> in_mm(const Characteristic& c, std::optional<double> number) {
     return c.unit == Unit::mm ? number : std::nullopt;
 }
-/// For people: "0.212 mm", "24.0012 deg".
-std::string worded(double value, Unit unit);
 
 /// One recorded point with what became of it: raw points are kept for ever.
 struct RecordedPoint {

@@ -2,7 +2,6 @@
 #include "acquisition/worst_place.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "fitting/statistics.hpp"
 
@@ -10,7 +9,6 @@ namespace cmm::acquisition {
 namespace {
 
 constexpr double places_of_a_point = 3.0;
-constexpr double none_yet = std::numeric_limits<double>::lowest();
 
 double points_used(const SectionResult& section) {
     return static_cast<double>(section.points.size() - section.rejected());
@@ -25,19 +23,22 @@ double u95_of_worst(const fitting::ContourPoint& worst, double u95_mm, const Sec
     return 0.5 * k * (u95_mm - worst.offset_error_mm) + worst.offset_error_mm;
 }
 
-WorstPlace::WorstPlace(const DecisionRule& rule, const SectionResult& section, std::size_t contour_points)
-    : coverage_(section.fit->contour_noise.coverage()), largest_(none_yet), at_most_(none_yet), at_least_(none_yet) {
-    const double share = static_cast<double>(contour_points) / static_cast<double>(section.fit->contour.size());
-    deviate_ = fitting::upper_deviate_of_largest(rule.risk_of_look(),
-                                                 std::max(1.0, places_of_a_point * points_used(section) * share));
+void UncertainLargest::add(double value, double sigma, double bound) {
+    largest_ = std::max(largest_, value);
+    at_most_ = std::max(at_most_, value + deviate_ * sigma + bound);
+    at_least_ = std::max(at_least_, value - deviate_ * sigma - bound);
 }
+
+WorstPlace::WorstPlace(const DecisionRule& rule, const SectionResult& section, std::size_t contour_points)
+    : coverage_(section.fit->contour_noise.coverage()),
+      found_(fitting::upper_deviate_of_largest(
+          rule.risk_of_look(),
+          std::max(1.0, places_of_a_point * points_used(section) * static_cast<double>(contour_points) /
+                            static_cast<double>(section.fit->contour.size())))) {}
 
 void WorstPlace::add(const fitting::ContourPoint& place, double u95_mm, double size_mm) {
     const double bound = place.offset_error_mm + place.bound_mm;
-    const double sigma = std::max(0.0, u95_mm - bound) / coverage_;
-    largest_ = std::max(largest_, size_mm);
-    at_most_ = std::max(at_most_, size_mm + deviate_ * sigma + bound);
-    at_least_ = std::max(at_least_, size_mm - deviate_ * sigma - bound);
+    found_.add(size_mm, std::max(0.0, u95_mm - bound) / coverage_, bound);
 }
 
 }  // namespace cmm::acquisition

@@ -26,8 +26,8 @@ constexpr const char* part_keys = R"(part file (docs/part-file.md):
             search_mm, wait_s, stop_when_rejected; without a nominal: start_mm, toward_mm, box_mm
   [gate]    profile_mm, edge_profile_mm
   [tolerance] file (.TOL), skip
-  [[characteristic]] name, method, label, sections, nominal_*, tolerance_* or lower_* and upper_* (mm, deg, mm2 or nothing);
-            distance_mm, near_mm, far_mm, reference, direction_deg
+  [[characteristic]] name, method, label, sections, nominal_*, tolerance_* or lower_* and upper_* (mm, deg, mm2, per_mm or nothing);
+            distance_mm, near_mm, far_mm, reference, direction_deg, zone, window_mm
   [actual]  (simulation) kind, files, span, noise_um, bad_points_percent, thicken_mm, twist_deg, shift_mm; [actual.blade]
 machine file (config/machines/*.toml):
   [link]    url, map, timeouts

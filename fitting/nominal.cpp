@@ -23,6 +23,14 @@ Zone NominalSection::side_at(double s_mm) const {
     return after_le == suction_after_le_ ? Zone::suction : Zone::pressure;
 }
 
+ZoneSpan NominalSection::span_of(Zone zone) const {
+    if (zone == Zone::le) return le_;
+    if (zone == Zone::te) return te_;
+    const bool after_le = (zone == Zone::suction) == suction_after_le_;
+    const ZoneSpan &before = after_le ? le_ : te_, &behind = after_le ? te_ : le_;
+    return {before.to_mm, before.to_mm + curve_.ahead(before.to_mm, behind.from_mm)};
+}
+
 core::Result<NominalSection> analyse_nominal(std::span<const Vec2> points, const NominalOptions& options) {
     auto curve = ClosedCurve::through(points);
     if (!curve) return tl::unexpected(curve.error());

@@ -33,6 +33,7 @@ class NominalSection {
     Vec2 te_point() const { return curve_.position(te_mm_); }
     const ZoneSpan& le_span() const { return le_; }
     const ZoneSpan& te_span() const { return te_; }
+    ZoneSpan span_of(Zone zone) const;
     /// Mean radius over the sharpest 120 degrees of the edge.
     double le_radius_mm() const { return le_radius_; }
     double te_radius_mm() const { return te_radius_; }

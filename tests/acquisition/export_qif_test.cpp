@@ -36,7 +36,7 @@ TEST_F(QifTest, DocumentsAreValid) {
     EXPECT_EQ(complaints(qif_xml(part_of({section_at(0, 0.0, false), open_section(1)}))), "");
     EXPECT_EQ(complaints(qif_xml(part_of({}))), "");
     auto asked = section_at(0, 0.0);
-    for (const Unit unit : {Unit::mm, Unit::rad, Unit::mm2, Unit::share, Unit::count})
+    for (const Unit unit : {Unit::mm, Unit::rad, Unit::mm2, Unit::per_mm, Unit::share, Unit::count})
         for (const bool upper : {true, false})
             for (const bool lower : {true, false}) {
                 Characteristic one;

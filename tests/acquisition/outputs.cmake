@@ -11,3 +11,10 @@ cmm_test(decision_risk_tests
         ${PROJECT_SOURCE_DIR}/tests/fitting/support/section_truth.cpp
     LIBS cmm::acquisition TIMEOUT 300)
 target_include_directories(decision_risk_tests PRIVATE ${PROJECT_SOURCE_DIR}/tests/fitting)
+# Curvatures of simulated blades through the whole fit.
+cmm_test(curvature_tests
+    SOURCES curvature_extreme_test.cpp
+        ${PROJECT_SOURCE_DIR}/tests/fitting/support/families.cpp
+        ${PROJECT_SOURCE_DIR}/tests/fitting/support/family_scan.cpp
+    LIBS cmm::acquisition TIMEOUT 300)
+target_include_directories(curvature_tests PRIVATE ${PROJECT_SOURCE_DIR}/tests/fitting)

@@ -15,7 +15,7 @@ export type JudgedPoint = [number, number, number, string, number];
 /** value_mm, u95_mm, limit_mm: of lengths; the others in `unit`. */
 export interface Characteristic {
   name: string; value_mm: number | null; u95_mm: number | null; limit_mm: number | null; decision: Decision; method: string; note: string;
-  unit: 'mm' | 'rad' | 'mm2' | '1'; value: number | null; u95: number | null; nominal: number | null; lower: number | null; upper: number | null;
+  unit: 'mm' | 'rad' | 'mm2' | '1/mm' | '1'; value: number | null; u95: number | null; nominal: number | null; lower: number | null; upper: number | null;
 }
 export interface Section {
   index: number; name: string; z_mm: number; finished: boolean; closed: boolean; decision: Decision; rejected: number; why: string;

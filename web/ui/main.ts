@@ -137,7 +137,7 @@ function cells(row: HTMLTableRowElement, texts: (string | HTMLElement)[], number
 function shown(c: Characteristic, value: number | null, digits: number): string {
   if (value === null) return '';
   if (c.unit === '1' && Number.isInteger(value)) return String(value); // a count
-  const symbol = { mm: '', rad: '°', mm2: ' mm²', '1': '' }[c.unit];
+  const symbol = { mm: '', rad: '°', mm2: ' mm²', '1/mm': ' 1/mm', '1': '' }[c.unit];
   return (c.unit === 'rad' ? (value * 180) / Math.PI : value).toFixed(digits) + symbol;
 }
 
