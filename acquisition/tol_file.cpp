@@ -44,6 +44,26 @@ constexpr std::array known_words{KnownWord{"LE_OFFSET", TolWord::le_offset, true
                                  KnownWord{"CCCONT", TolWord::calculation},
                                  KnownWord{"BOWT", TolWord::calculation}};
 
+/// Words of the field's help that nothing here answers to, and what does instead. EXCLUDE1 to EXCLUDE5 leave sides out
+/// of a best fit by bits of a number; which bit is which side the help does not say.
+struct OtherWord {
+    std::string_view name, instead;
+    std::size_t from = 1, to = 1;  ///< numbers that may follow it
+};
+constexpr std::string_view own_window =
+    "an edge's radius is told from the points that its form explains, not from a zone";
+constexpr std::string_view across_camber = "thicknesses are measured across the camber line, not along a square end";
+constexpr std::string_view from_x = "angles are from +x of the part frame; write the nominal that follows from it";
+constexpr std::array other_words{
+    OtherWord{"LE_RADII", own_window},
+    OtherWord{"TE_RADII", own_window},
+    OtherWord{"LE_FLAT_SIZE", across_camber, 1, most_of_a_kind},
+    OtherWord{"TE_FLAT_SIZE", across_camber, 1, most_of_a_kind},
+    OtherWord{"REFSECT", "ask for [[characteristic]] relative_twist with its reference_section"},
+    OtherWord{"ROOTANG", from_x},
+    OtherWord{"ROOTANGSECT", from_x},
+    OtherWord{"EXCLUDE", "which zones take part in the alignment is said by zones of [alignment]", 1, 5}};
+
 struct NumberedWord {
     std::string name;
     std::size_t which = 1;
@@ -137,6 +157,16 @@ class TolReader {
     }
 
     tl::unexpected<core::Error> not_known(const KeywordLine& line, const std::string& keyword) const {
+        const auto letters = keyword.find_last_not_of("0123456789") + 1;
+        const double number = core::parse_number(std::string_view(keyword).substr(letters)).value_or(1.0);
+        const auto other = std::find_if(other_words.begin(), other_words.end(), [&](const OtherWord& word) {
+            return word.name == keyword.substr(0, letters) && number >= static_cast<double>(word.from) &&
+                   number <= static_cast<double>(word.to);
+        });
+        if (other != other_words.end())
+            return file_.wrong(line, 0,
+                               keyword + " is not evaluated: " + std::string(other->instead) +
+                                   "; to go on without it, name it in skip of [tolerance]");
         std::vector<std::string_view> names{"UNITS", "NUM_SECT", "SECTION", "SETSPEC", "SETTOL"};
         for (const auto& word : known_words)
             names.push_back(word.name);
