@@ -7,6 +7,7 @@
 #include "acquisition/section_figures.hpp"
 #include "acquisition/svg.hpp"
 #include "core/text.hpp"
+#include "pdf/png.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -16,6 +17,14 @@ core::Status make_folder(const std::string& dir) {
     std::filesystem::create_directories(dir, error);
     if (error) return core::fail(core::ErrorCode::journal_io, dir + ": cannot make the folder: " + error.message());
     return {};
+}
+
+constexpr int map_width_px = 2200;  // two pixels for one of the picture's
+
+core::Result<std::string> map_of(const PartResult& part) {
+    auto picture = map_figure(part);
+    if (!picture.empty()) return picture;
+    return core::fail(core::ErrorCode::input_invalid, part.part_name + ": no section is compared with a nominal");
 }
 
 }  // namespace
@@ -44,9 +53,17 @@ core::Status export_html(const PartResult& part, const std::string& file) {
 }
 
 core::Status export_svg(const PartResult& part, const std::string& file) {
-    const auto picture = map_figure(part);
-    if (!picture.empty()) return core::write_file(file, svg::standalone(picture));
-    return core::fail(core::ErrorCode::input_invalid, part.part_name + ": no section is compared with a nominal");
+    const auto picture = map_of(part);
+    if (!picture) return tl::unexpected(picture.error());
+    return core::write_file(file, svg::standalone(*picture));
+}
+
+core::Status export_png(const PartResult& part, const std::string& file) {
+    const auto picture = map_of(part);
+    if (!picture) return tl::unexpected(picture.error());
+    const auto bytes = pdf::png_of(svg::on_paper(*picture), map_width_px);
+    if (!bytes) return tl::unexpected(bytes.error());
+    return core::write_file(file, *bytes);
 }
 
 core::Status write_outputs(const PartResult& part, const std::string& dir) {

@@ -48,6 +48,9 @@ core::Status export_dmis(const PartResult& part, const std::string& file);
 core::Status export_qif(const PartResult& part, const std::string& file);
 /// The map of deviations as a picture of its own. Errors also: input_invalid (no section is compared with a nominal).
 core::Status export_svg(const PartResult& part, const std::string& file);
+/// The same with 2 200 pixels in a row, light. Errors also: config_invalid (this build writes no PNG, no font is
+/// installed).
+core::Status export_png(const PartResult& part, const std::string& file);
 /// All of them into `dir`, which is made when it is not there. Errors: journal_io, journal_full.
 core::Status write_outputs(const PartResult& part, const std::string& dir);
 

@@ -20,6 +20,7 @@ core::Status write(const acquisition::PartResult& result, const ExportOptions& o
     if (format == "pdf") return acquisition::export_pdf(result, out);
     if (format == "dfq") return acquisition::export_dfq(result, out);
     if (format == "dmis") return acquisition::export_dmis(result, out);
+    if (format == "png") return acquisition::export_png(result, out);
     if (format == "qif") return acquisition::export_qif(result, out);
     if (format == "svg") return acquisition::export_svg(result, out);
     if (format == "stl") return acquisition::export_stl(result, out);

@@ -180,10 +180,11 @@ class CommandLine {
     void add_export() {
         auto* c = add("export", "write the results of a run in another form", export_, cmm::app::run_export);
         c->add_option("run", export_.input, "run file or output folder")->required();
-        c->add_option("--format", export_.format,
-                      "csv (a folder), json, html, pdf, qif, dfq (Q-DAS), dmis, svg (the map of deviations), step, stl")
+        c->add_option(
+             "--format", export_.format,
+             "csv (a folder), json, html, pdf, qif, dfq (Q-DAS), dmis, svg, png (the map of deviations), step, stl")
             ->required()
-            ->check(CLI::IsMember({"csv", "json", "html", "pdf", "qif", "dfq", "dmis", "svg", "step", "stl"}));
+            ->check(CLI::IsMember({"csv", "json", "html", "pdf", "qif", "dfq", "dmis", "svg", "png", "step", "stl"}));
         c->add_flag("--surface", export_.surface, "step: the surface alone, not the solid");
         c->add_option("--out", export_.out, "file or, for csv, folder")->required();
     }

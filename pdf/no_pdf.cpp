@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The layer without Cairo, Pango and librsvg.
 #include "pdf/pages.hpp"
+#include "pdf/png.hpp"
 
 namespace cmm::pdf {
 
@@ -26,6 +27,12 @@ void Pages::table(std::span<const Column> /*columns*/, std::span<const std::vect
 void Pages::pictures(std::span<const Picture> /*pictures*/, int /*beside*/) {}
 core::Result<std::string> Pages::finish() {
     return std::string{};
+}
+
+core::Result<std::string> png_of(std::string_view /*svg*/, int /*width_px*/) {
+    return core::fail(core::ErrorCode::config_invalid,
+                      "a PNG cannot be written: this cmmlive was built without Cairo; install librsvg2-dev and "
+                      "libpango1.0-dev and build again (--format svg needs none of them)");
 }
 
 }  // namespace cmm::pdf

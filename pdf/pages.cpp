@@ -2,13 +2,14 @@
 #include "pdf/pages.hpp"
 
 #include <cairo-pdf.h>
-#include <librsvg/rsvg.h>
 #include <pango/pangocairo.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
+
+#include "pdf/svg_picture.hpp"
 
 namespace cmm::pdf {
 namespace {
@@ -41,12 +42,7 @@ Colour colour_of(Ink ink) {
     return {0.0, 0.0, 0.0};
 }
 
-template <class T>
-struct Unref {
-    void operator()(T* object) const { g_object_unref(object); }
-};
 using Layout = std::unique_ptr<PangoLayout, Unref<PangoLayout>>;
-using Svg = std::unique_ptr<RsvgHandle, Unref<RsvgHandle>>;
 
 struct Text {
     double size = body_size;
@@ -165,33 +161,20 @@ struct Pages::Work {
         const RsvgRectangle box{x, y + caption, width, height};
         GError* why = nullptr;
         if (rsvg_handle_render_document(svg.get(), cairo, &box, &why) == FALSE) {
-            refuse(why);
+            refuse(taken(why));
             return;
         }
     }
 
-    void refuse(GError* why) {
-        const std::string text = why != nullptr ? why->message : "unknown";
-        if (why != nullptr) g_error_free(why);
+    void refuse(const std::string& text) {
         if (!error) error = core::Error{core::ErrorCode::internal, "PDF: a picture is no SVG: " + text, {}, {}};
     }
 
     Svg parse(const Picture& picture) {
-        GError* why = nullptr;
-        Svg svg(
-            rsvg_handle_new_from_data(reinterpret_cast<const guint8*>(picture.svg.data()), picture.svg.size(), &why));
+        std::string why;
+        Svg svg = parse_svg(picture.svg, why);
         if (!svg) refuse(why);
         return svg;
-    }
-
-    /// Height over width.
-    static double proportion_of(RsvgHandle* svg) {
-        gboolean has_width = FALSE, has_height = FALSE, has_box = FALSE;
-        RsvgLength width{}, height{};
-        RsvgRectangle box{};
-        rsvg_handle_get_intrinsic_dimensions(svg, &has_width, &width, &has_height, &height, &has_box, &box);
-        if (has_box != FALSE && box.width > 0.0) return box.height / box.width;
-        return has_width != FALSE && has_height != FALSE && width.length > 0.0 ? height.length / width.length : 0.75;
     }
 };
 
@@ -201,11 +184,7 @@ Pages& Pages::operator=(Pages&& other) noexcept = default;
 Pages::~Pages() = default;
 
 core::Result<Pages> Pages::make(const About& about) {
-    PangoFontFamily** families = nullptr;
-    int count = 0;
-    pango_font_map_list_families(pango_cairo_font_map_get_default(), &families, &count);
-    g_free(families);
-    if (count == 0)
+    if (!has_fonts())
         return core::fail(core::ErrorCode::config_invalid,
                           about.title + " cannot be written: no font is installed; install fonts-dejavu-core");
     return Pages(std::make_unique<Work>(about));
@@ -309,7 +288,7 @@ void Pages::pictures(std::span<const Picture> pictures, int beside) {
         const std::size_t end = std::min(i + step, pictures.size());
         for (std::size_t k = i; k < end; ++k) {
             svgs.push_back(w.parse(pictures[k]));
-            if (svgs.back()) height = std::max(height, width * Work::proportion_of(svgs.back().get()));
+            if (svgs.back()) height = std::max(height, width * proportion_of(svgs.back().get()));
         }
         const double most = bottom - margin - 2.0 * block_gap;
         height = std::min(height, most);
@@ -317,7 +296,7 @@ void Pages::pictures(std::span<const Picture> pictures, int beside) {
         w.need(height + caption);
         for (std::size_t k = i; k < end; ++k) {
             if (!svgs[k - i]) continue;
-            const double own = std::min(width * Work::proportion_of(svgs[k - i].get()), height);
+            const double own = std::min(width * proportion_of(svgs[k - i].get()), height);
             w.draw_picture(pictures[k], svgs[k - i], margin + static_cast<double>(k - i) * (width + picture_gap), width,
                            own);
         }
