@@ -63,17 +63,16 @@ std::string_view short_name(Zone zone) {
     return "";
 }
 
-double limit_um(const ZoneLimits& limits, Zone zone) {
-    return um_from_mm(limits[static_cast<std::size_t>(zone)].value_or(0.0));
-}
+using Limits = std::vector<std::optional<PointTolerance>>;
 
-double largest_um(const SectionResult& section, const ZoneLimits& limits) {
+double largest_um(const SectionResult& section, const Limits& limits) {
     const auto& contour = section.fit->contour;
     double largest = 1.0;
     for (std::size_t i = 0; i < contour.size(); ++i) {
+        const double limit = limits[i] ? std::max(std::abs(limits[i]->below_mm), std::abs(limits[i]->above_mm)) : 0.0;
         largest = std::max({largest,
                             um_from_mm(std::abs(section.deviation_mm[i].value_or(0.0)) + section.deviation_u95_mm(i)),
-                            0.5 * limit_um(limits, contour[i].zone)});
+                            um_from_mm(limit)});
     }
     return largest;
 }
@@ -82,9 +81,10 @@ double largest_um(const SectionResult& section, const ZoneLimits& limits) {
 struct Unrolled {
     std::vector<double> at_mm, u95_um;
     std::vector<std::optional<double>> deviation_um;  // none where the ball does not reach
+    Limits limits;
 };
 
-Unrolled unroll(const SectionResult& section, const Run& run) {
+Unrolled unroll(const SectionResult& section, const Run& run, const Limits& limits) {
     const auto& contour = section.fit->contour;
     Unrolled out;
     for (std::size_t k = 0; k <= run.count; ++k) {
@@ -95,6 +95,8 @@ Unrolled unroll(const SectionResult& section, const Run& run) {
         const auto deviation = section.deviation_mm[i];
         out.deviation_um.push_back(deviation ? std::optional(um_from_mm(*deviation)) : std::nullopt);
         out.u95_um.push_back(um_from_mm(section.deviation_u95_mm(i)));
+        // The run's last place is the next one's first, with the limits of that.
+        out.limits.push_back(k == run.count && section.tolerances.empty() ? out.limits.back() : limits[i]);
     }
     return out;
 }
@@ -116,13 +118,31 @@ void draw_evaluable(Picture& picture, const PlotFrame& frame, const Unrolled& ru
     picture.path("measured", svg::polyline(line, false));
 }
 
-void draw_panel(Picture& picture, const PlotFrame& frame, const Unrolled& run, Zone zone, double limit) {
+/// Both limits, as long as there are any.
+void draw_limits(Picture& picture, const PlotFrame& frame, const Unrolled& run) {
+    std::vector<Vector2d> above, below;
+    const auto draw = [&] {
+        for (auto* line : {&above, &below}) {
+            if (line->size() > 1) picture.path("limit", svg::polyline(*line, false));
+            line->clear();
+        }
+    };
+    for (std::size_t i = 0; i < run.at_mm.size(); ++i) {
+        if (!run.limits[i]) {
+            draw();
+            continue;
+        }
+        above.push_back(frame.px({run.at_mm[i], um_from_mm(run.limits[i]->above_mm)}));
+        below.push_back(frame.px({run.at_mm[i], um_from_mm(run.limits[i]->below_mm)}));
+    }
+    draw();
+}
+
+void draw_panel(Picture& picture, const PlotFrame& frame, const Unrolled& run, Zone zone) {
     const double length = run.at_mm.back();
     if (is_edge(zone)) picture.box("zone", frame.corner(), frame.size());
     picture.line("zero", frame.px({0, 0}), frame.px({length, 0}));
-    for (const double y : {0.5 * limit, -0.5 * limit}) {
-        if (limit > 0.0) picture.line("limit", frame.px({0, y}), frame.px({length, y}));
-    }
+    draw_limits(picture, frame, run);
     for (std::size_t first = 0; first < run.at_mm.size();) {
         std::size_t last = first;
         while (last < run.at_mm.size() && run.deviation_um[last])
@@ -145,10 +165,25 @@ ZoneLimits zone_limits_mm(const SectionResult& section) {
     return limits;
 }
 
+std::vector<std::optional<PointTolerance>> limits_along(const SectionResult& section) {
+    const auto zones = zone_limits_mm(section);
+    Limits out(section.fit->contour.size());
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        if (!section.tolerances.empty()) out[i] = section.tolerances[i];
+        const auto width = zones[static_cast<std::size_t>(section.fit->contour[i].zone)];
+        if (!width) continue;
+        const PointTolerance zone{-0.5 * *width, 0.5 * *width};
+        out[i] = out[i] ? PointTolerance{std::max(out[i]->below_mm, zone.below_mm),
+                                         std::min(out[i]->above_mm, zone.above_mm)}
+                        : zone;
+    }
+    return out;
+}
+
 std::string deviation_figure(const SectionResult& section) {
     if (section.deviation_mm.empty() || !section.closed()) return {};
     Picture picture(page_width, height, "Deviation against arc length at z " + core::fixed(section.z_mm, 3) + " mm");
-    const auto limits = zone_limits_mm(section);
+    const auto limits = limits_along(section);
     const double reach = 1.12 * largest_um(section, limits);
     const auto runs = zone_runs(section.fit->contour);
     // The edges are short and matter most: they get half the width of a side, whatever their length.
@@ -158,13 +193,13 @@ std::string deviation_figure(const SectionResult& section) {
         shares += share(run.zone);
     double x = margin_left;
     for (const auto& run : runs) {
-        const auto unrolled = unroll(section, run);
+        const auto unrolled = unroll(section, run, limits);
         const double panel = (page_width - margin_left - margin_right) * share(run.zone) / shares;
         const PlotFrame frame({x, top}, {panel, height - top - margin_bottom}, {0, -reach},
                               {unrolled.at_mm.back(), reach});
         frame.draw_x_ticks(picture, is_edge(run.zone) ? 2 : 4, &run == &runs.back() ? 0.0 : 16.0);
         frame.draw_y_ticks(picture, 6, x == margin_left);
-        draw_panel(picture, frame, unrolled, run.zone, limit_um(limits, run.zone));
+        draw_panel(picture, frame, unrolled, run.zone);
         x += panel;
     }
     const PlotFrame whole({margin_left, top}, {page_width - margin_left - margin_right, height - top - margin_bottom},

@@ -60,13 +60,13 @@ struct Strip {
     bool in_space;  // the deviation: to the surface of the nominal, otherwise in the plane
 };
 
-/// Half the widest tolerance zone; without one, nearly the largest deviation, rounded up.
+/// The widest limit of any place; without one, nearly the largest deviation, rounded up.
 double full_scale_um(const std::vector<Strip>& strips) {
     double limit = 0.0;
     std::vector<double> all;
     for (const auto& strip : strips) {
-        for (const auto& zone : zone_limits_mm(*strip.section))
-            limit = std::max(limit, 0.5 * um_from_mm(zone.value_or(0.0)));
+        for (const auto& limits : limits_along(*strip.section))
+            if (limits) limit = std::max({limit, um_from_mm(-limits->below_mm), um_from_mm(limits->above_mm)});
         for (const auto& deviation : strip.deviation_mm)
             if (deviation) all.push_back(um_from_mm(std::abs(*deviation)));
     }

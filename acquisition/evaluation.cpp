@@ -207,8 +207,9 @@ void add_profiles(SectionResult& section, const ReferenceContour& nominal, const
     const Compared compared{contour, filtered, section.alignment, frame};
     for (const auto& zone : profile_zones)
         section.characteristics.push_back(profile(zone, section, compared, options));
-    if (nominal.has_tolerances())
-        section.characteristics.push_back(point_tolerance(section, compared, nominal, options));
+    if (!nominal.has_tolerances()) return;
+    section.tolerances = tolerances_along(section, nominal);
+    section.characteristics.push_back(point_tolerance(section, compared, options));
 }
 
 /// The profiles that are out however the section is moved: after the motion that brings it as far into its zones as can
@@ -268,6 +269,7 @@ SectionResult evaluate_section(SectionResult section, core::Result<fitting::Sect
                                const fitting::NominalSection* curve, const SectionAlignment* shared) {
     section.characteristics.clear();
     section.deviation_mm.clear();
+    section.tolerances.clear();
     section.alignment = {};
     section.placement.reset();
     section.span_points.clear();

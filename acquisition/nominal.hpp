@@ -7,15 +7,11 @@
 #include <vector>
 
 #include "acquisition/part_file.hpp"
+#include "acquisition/place_limits.hpp"
 #include "core/error.hpp"
 #include "fitting/nominal.hpp"
 
 namespace cmm::acquisition {
-
-/// Lowest and highest deviation that conform at a place, with their signs.
-struct PointTolerance {
-    double below_mm = 0.0, above_mm = 0.0;
-};
 
 /// The surface of a nominal beside a plane cut. Immutable, any thread.
 class NominalSurface {

@@ -24,7 +24,20 @@ std::string limits_note(const PointTolerance& limits) {
 
 }  // namespace
 
-Characteristic point_tolerance(const SectionResult& section, const Compared& compared, const ReferenceContour& nominal,
+std::vector<PointTolerance> tolerances_along(const SectionResult& section, const ReferenceContour& nominal) {
+    const auto& motion = section.alignment.motion;
+    std::vector<PointTolerance> out;
+    std::optional<double> near_mm;
+    for (const auto& point : section.fit->contour) {
+        const auto foot =
+            nominal.compare(motion.undo(point.position_mm), motion.undo_on_direction(point.normal), near_mm);
+        near_mm = foot.s_mm;
+        out.push_back(nominal.tolerance_at(foot.s_mm));
+    }
+    return out;
+}
+
+Characteristic point_tolerance(const SectionResult& section, const Compared& compared,
                                const EvaluationOptions& options) {
     const auto& contour = compared.contour;
     const auto& deviation = compared.deviation;
@@ -34,14 +47,9 @@ Characteristic point_tolerance(const SectionResult& section, const Compared& com
     std::optional<std::size_t> worst;
     double largest = 0.0;
     PointTolerance limits_there;
-    std::optional<double> near_mm;
     for (std::size_t i = 0; i < contour.size(); ++i) {
         if (!deviation.values[i]) continue;
-        const auto& motion = compared.alignment.motion;
-        const auto foot =
-            nominal.compare(motion.undo(contour[i].position_mm), motion.undo_on_direction(contour[i].normal), near_mm);
-        near_mm = foot.s_mm;
-        const PointTolerance limits = nominal.tolerance_at(foot.s_mm);
+        const PointTolerance& limits = section.tolerances[i];
         const double excess = excess_of(*deviation.values[i], limits);
         places.add(contour[i], aligned_u95_mm(contour[i], compared.alignment), excess);
         if (worst && excess <= largest) continue;

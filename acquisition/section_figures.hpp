@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "acquisition/section_result.hpp"
 #include "fitting/section.hpp"
@@ -28,9 +29,12 @@ std::string trend_figure(const PartResult& part, std::string_view characteristic
 
 /// The deviations of all sections in colours: each a strip, cut open at the TE, arc length from the LE nose (right:
 /// counter-clockwise) against z. Between the strips nothing is filled in; what the ball does not reach is grey.
-/// The scale ends at half the widest tolerance zone. Needs a nominal.
+/// The scale ends at the widest limit of any place. Needs a nominal.
 std::string map_figure(const PartResult& part);
 
+/// The limits that hold at each contour point: those of the nominal's points and half the width of the zone, the
+/// nearer one where there are both; none where there is neither.
+std::vector<std::optional<PointTolerance>> limits_along(const SectionResult& section);
 /// Width of the tolerance zone in each fitting::Zone, where there is one.
 using ZoneLimits = std::array<std::optional<double>, 4>;
 ZoneLimits zone_limits_mm(const SectionResult& section);

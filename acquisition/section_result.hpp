@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "acquisition/alignment.hpp"
+#include "acquisition/place_limits.hpp"
 #include "acquisition/unit.hpp"
 #include "core/error.hpp"
 #include "fitting/compensation_method.hpp"
@@ -104,6 +105,8 @@ struct SectionResult {
     /// Signed distance along the normal of the nominal, after the alignment, one per fit->contour point, none where the
     /// ball does not reach the nominal; empty without a nominal, and where the alignment was refused.
     std::vector<std::optional<double>> deviation_mm;
+    /// That the nominal has at its points, one per fit->contour point; empty where it has none.
+    std::vector<PointTolerance> tolerances;
     std::shared_ptr<const NominalSurface> nominal_surface;  ///< where the nominal is one (only STEP is)
     /// For the pictures: the nominal laid onto the measured section; empty without a nominal.
     std::vector<Eigen::Vector2d> nominal_contour;

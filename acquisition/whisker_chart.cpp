@@ -23,21 +23,25 @@ struct Whisker {
     Vector2d base_px;
     Vector2d out_px;                     ///< unit normal in the picture
     std::optional<double> deviation_mm;  ///< none where the ball does not reach
-    std::optional<double> limit_mm;
+    std::optional<PointTolerance> limits;
     bool edge;
+
+    bool is_out() const {
+        return deviation_mm && limits && (*deviation_mm > limits->above_mm || *deviation_mm < limits->below_mm);
+    }
 };
 
 std::vector<Whisker> whiskers(const SectionResult& section, const PlotFrame& frame) {
     std::vector<Whisker> out;
     const auto& contour = section.fit->contour;
-    const auto limits = zone_limits_mm(section);
+    const auto limits = limits_along(section);
     for (std::size_t i = 0; i < contour.size(); ++i) {
         const auto& point = contour[i];
         const auto d = section.deviation_mm[i];
         out.push_back({frame.px(point.position_mm - d.value_or(0.0) * point.normal),
                        {point.normal.x(), -point.normal.y()},
                        d,
-                       limits[static_cast<std::size_t>(point.zone)],
+                       limits[i],
                        is_edge(point.zone)});
     }
     return out;
@@ -51,17 +55,40 @@ std::vector<Vector2d> along_normals(const std::vector<Whisker>& all, const auto&
     return out;
 }
 
-/// A line as wide as the magnified tolerance zone is the zone; a new line where the limit changes.
-void draw_tolerance(Picture& picture, const PlotFrame& frame, const std::vector<Whisker>& all, double px_per_mm) {
+bool same_limits(const Whisker& a, const Whisker& b) {
+    if (!a.limits || !b.limits) return !a.limits && !b.limits;
+    return a.limits->below_mm == b.limits->below_mm && a.limits->above_mm == b.limits->above_mm;
+}
+
+/// A line as wide as the magnified tolerance zone is the zone; a new line where the limit changes. Limits that differ
+/// to either side, or from point to point, are an area: the same width of a line would be wrong.
+void draw_tolerance(Picture& picture, const PlotFrame& frame, const std::vector<Whisker>& all, double px_per_mm,
+                    bool by_point) {
     picture.clip(frame.corner(), frame.size());
     for (std::size_t first = 0; first < all.size();) {
-        std::vector<Vector2d> run;
         std::size_t last = first;
-        for (; last < all.size() && all[last].limit_mm == all[first].limit_mm; ++last)
-            run.push_back(all[last].base_px);
-        run.push_back(all[last % all.size()].base_px);
-        if (all[first].limit_mm)
-            picture.path("tolerance", svg::polyline(run, false, 0.005), *all[first].limit_mm * px_per_mm);
+        const auto goes_on = [&] {
+            return by_point ? all[last].limits.has_value() == all[first].limits.has_value()
+                            : same_limits(all[last], all[first]);
+        };
+        std::vector<Vector2d> run, above, below;
+        const auto add = [&](const Whisker& w) {
+            const PointTolerance limits = w.limits.value_or(*all[first].limits);
+            run.push_back(w.base_px);
+            above.push_back(w.base_px + limits.above_mm * px_per_mm * w.out_px);
+            below.push_back(w.base_px + limits.below_mm * px_per_mm * w.out_px);
+        };
+        for (; last < all.size() && goes_on(); ++last)
+            if (all[first].limits) add(all[last]);
+        if (all[first].limits) {
+            add(all[last % all.size()]);
+            above.insert(above.end(), below.rbegin(), below.rend());
+            if (by_point)
+                picture.path("band", svg::polyline(above, true, 0.005));
+            else
+                picture.path("tolerance", svg::polyline(run, false, 0.005),
+                             (all[first].limits->above_mm - all[first].limits->below_mm) * px_per_mm);
+        }
         first = last;
     }
     picture.unclip();
@@ -81,8 +108,7 @@ void draw_whiskers(Picture& picture, const std::vector<Whisker>& all, double px_
                          (w.edge && w.out_px.dot(last->out_px) < 0.97);
         if (!far) continue;
         last = &w;
-        const bool over = w.limit_mm && 2.0 * std::abs(*w.deviation_mm) > *w.limit_mm;
-        auto& lines = over ? outside : w.edge ? edge : side;
+        auto& lines = w.is_out() ? outside : w.edge ? edge : side;
         lines += "M" + svg::number(w.base_px.x()) + " " + svg::number(w.base_px.y()) + "L" + svg::number(tip.x()) +
                  " " + svg::number(tip.y());
     }
@@ -106,13 +132,14 @@ std::string whisker_figure(const SectionResult& section) {
     const auto all = whiskers(section, frame);
     double largest = 1e-6;
     for (const auto& w : all) {
-        largest = std::max({largest, std::abs(w.deviation_mm.value_or(0.0)), 0.5 * w.limit_mm.value_or(0.0)});
+        largest = std::max(largest, std::abs(w.deviation_mm.value_or(0.0)));
+        if (w.limits) largest = std::max({largest, std::abs(w.limits->below_mm), std::abs(w.limits->above_mm)});
     }
     const double magnification = svg::round_down(longest_whisker_px / (largest * frame.scale_x()));
     const double px_per_mm = magnification * frame.scale_x();
 
     Picture picture(width, height, "Deviations at z " + core::fixed(section.z_mm, 3) + " mm, magnified");
-    draw_tolerance(picture, frame, all, px_per_mm);
+    draw_tolerance(picture, frame, all, px_per_mm, !section.tolerances.empty());
     frame.draw_axes(picture, "x in mm", "y in mm", 8, 5);
     picture.clip(frame.corner(), frame.size());
     picture.path("nominal", svg::polyline(along_normals(all, [](const Whisker&) { return 0.0; }), true));

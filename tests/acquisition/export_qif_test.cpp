@@ -7,6 +7,7 @@
 
 #include "acquisition/exports.hpp"
 #include "core/text.hpp"
+#include "tests/acquisition/count_of.hpp"
 #include "tests/acquisition/judged_part.hpp"
 #include "tests/acquisition/temp_folder.hpp"
 #include "tests/acquisition/test_blade.hpp"
@@ -57,13 +58,6 @@ TEST_F(QifTest, DocumentsAreValid) {
     EXPECT_NE(complaints("<QIFDocument/>"), "") << "what is not valid is found";
 }
 
-std::size_t times(const std::string& text, const std::string& word) {
-    std::size_t count = 0;
-    for (auto at = text.find(word); at != std::string::npos; at = text.find(word, at + 1))
-        ++count;
-    return count;
-}
-
 TEST(Qif, EveryCharacteristicHasItsValueUncertaintyAndDecision) {
     const auto part = part_of({section_at(0, 0.0), section_at(1, 0.2), open_section(2)});
     const auto xml = qif_xml(part);
@@ -77,12 +71,12 @@ TEST(Qif, EveryCharacteristicHasItsValueUncertaintyAndDecision) {
         }
     ASSERT_GT(rejected, 0U);
     ASSERT_GT(unknown, 0U);
-    EXPECT_EQ(times(xml, "CharacteristicMeasurement id="), all);
-    EXPECT_EQ(times(xml, "<Value combinedUncertainty="), valued);
-    EXPECT_EQ(times(xml, ">FAIL</CharacteristicStatusEnum>"), rejected);
-    EXPECT_EQ(times(xml, ">UNDEFINED</CharacteristicStatusEnum>"), unknown);
+    EXPECT_EQ(count_of(xml, "CharacteristicMeasurement id="), all);
+    EXPECT_EQ(count_of(xml, "<Value combinedUncertainty="), valued);
+    EXPECT_EQ(count_of(xml, ">FAIL</CharacteristicStatusEnum>"), rejected);
+    EXPECT_EQ(count_of(xml, ">UNDEFINED</CharacteristicStatusEnum>"), unknown);
     const auto alike = qif_xml(part_of({part.sections[0], part.sections[1]}));
-    EXPECT_EQ(times(alike, "CharacteristicDefinition id="), part.sections[0].characteristics.size())
+    EXPECT_EQ(count_of(alike, "CharacteristicDefinition id="), part.sections[0].characteristics.size())
         << "what is asked of all sections is defined once";
     const auto& chord = *part.sections[0].find("chord");
     EXPECT_NE(xml.find("<Value combinedUncertainty=\"" + core::fixed(0.5 * *chord.u95, 6) + "\">" +
@@ -97,12 +91,12 @@ TEST(Qif, CharacteristicsOfThePartAreThere) {
     const auto without = qif_xml(part);
     add_of_part(part);
     const auto xml = qif_xml(part);
-    EXPECT_EQ(times(xml, "CharacteristicMeasurement id="), times(without, "CharacteristicMeasurement id=") + 3);
+    EXPECT_EQ(count_of(xml, "CharacteristicMeasurement id="), count_of(without, "CharacteristicMeasurement id=") + 3);
     EXPECT_NE(xml.find("<Name>lean_x</Name>"), std::string::npos) << "of no section";
     EXPECT_NE(xml.find("<Name>relative_twist z 20.000</Name>"), std::string::npos);
     EXPECT_NE(xml.find("<Value combinedUncertainty=\"0.002000\">0.012300</Value>"), std::string::npos);
-    EXPECT_EQ(times(xml, ">UNDEFINED</CharacteristicStatusEnum>"), 1U);
-    EXPECT_EQ(times(xml, "<UserDefinedAngularCharacteristicMeasurement"), 1U);
+    EXPECT_EQ(count_of(xml, ">UNDEFINED</CharacteristicStatusEnum>"), 1U);
+    EXPECT_EQ(count_of(xml, "<UserDefinedAngularCharacteristicMeasurement"), 1U);
 }
 
 }  // namespace

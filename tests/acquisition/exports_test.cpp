@@ -10,6 +10,7 @@
 #include "acquisition/evaluation.hpp"
 #include "acquisition/section_figures.hpp"
 #include "core/text.hpp"
+#include "tests/acquisition/count_of.hpp"
 #include "tests/acquisition/judged_part.hpp"
 #include "tests/acquisition/temp_folder.hpp"
 
@@ -26,13 +27,6 @@ std::vector<std::vector<std::string_view>> rows_of(const std::string& csv) {
         rest.remove_prefix(end + 1);
     }
     return rows;
-}
-
-std::size_t count_of(const std::string& text, std::string_view word) {
-    std::size_t count = 0;
-    for (auto at = text.find(word); at != std::string::npos; at = text.find(word, at + 1))
-        ++count;
-    return count;
 }
 
 TEST(SectionCsv, IsTheContourOfTheContract) {

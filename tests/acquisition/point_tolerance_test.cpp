@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "acquisition/section_figures.hpp"
+#include "tests/acquisition/count_of.hpp"
 #include "tests/acquisition/synthetic_blade.hpp"
 
 namespace cmm::acquisition {
@@ -74,6 +76,42 @@ TEST(PointTolerance, IsTakenAfterTheAlignmentAndLeftOpenUntilTheBladeHasOne) {
     const auto open = tolerance_of(judged_by({-0.1, 0.1}, {-0.1, 0.002}, options));
     EXPECT_EQ(open.decision, Decision::undecided);
     EXPECT_NE(open.note.find("provisional until the whole blade is aligned"), std::string::npos) << open.note;
+}
+
+TEST(PointTolerance, ThePicturesDrawTheLimitsOfEachPlace) {
+    const auto bare = judged_by({-0.1, 0.1}, {-0.1, 0.02}, {});
+    const auto limits = limits_along(bare);
+    bool narrow = false, wide = false;
+    for (std::size_t i = 0; i < limits.size(); ++i) {
+        const auto& point = bare.fit->contour[i];
+        ASSERT_TRUE(limits[i]);
+        EXPECT_DOUBLE_EQ(limits[i]->below_mm, -0.1);
+        // A little away from where they change: between two points of the nominal they are in between.
+        if (std::abs(point.position_mm.x()) < 1.0 || fitting::Zone::suction != point.zone) continue;
+        EXPECT_NEAR(limits[i]->above_mm, point.position_mm.x() > 0.0 ? 0.02 : 0.1, 1e-12);
+        (point.position_mm.x() > 0.0 ? narrow : wide) = true;
+    }
+    EXPECT_TRUE(narrow && wide);
+    EXPECT_EQ(count_of(deviation_figure(bare), "class=\"limit\""), 8U) << "above and below in four zones";
+    EXPECT_EQ(count_of(whisker_figure(bare), "class=\"band\""), 1U);
+    EXPECT_EQ(count_of(whisker_figure(bare), "class=\"whisker-out\""), 1U) << "it is out of narrow ones";
+    EXPECT_EQ(count_of(whisker_figure(judged_by({-0.1, 0.1}, {-0.1, 0.1}, {})), "class=\"whisker-out\""), 0U);
+    // Where zones have limits, too, the nearer ones hold.
+    EvaluationOptions gate;
+    gate.profile_mm = 0.05;
+    const auto both = judged_by({-0.1, 0.1}, {-0.1, 0.02}, gate);
+    const auto nearer = limits_along(both);
+    for (std::size_t i = 0; i < nearer.size(); ++i) {
+        const auto zone = both.fit->contour[i].zone;
+        const bool side = zone == fitting::Zone::suction || zone == fitting::Zone::pressure;
+        EXPECT_DOUBLE_EQ(nearer[i]->below_mm, side ? -0.025 : -0.1);
+        EXPECT_LE(nearer[i]->above_mm, (side ? 0.025 : 0.1) + 1e-12);
+    }
+    // What neither has, nobody draws.
+    auto none = bare;
+    none.tolerances.clear();
+    EXPECT_EQ(count_of(deviation_figure(none), "class=\"limit\""), 0U);
+    EXPECT_EQ(count_of(whisker_figure(none), "class=\"band\""), 0U);
 }
 
 }  // namespace

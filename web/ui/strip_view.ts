@@ -5,7 +5,7 @@ import { say } from './words';
 
 const zones = ['zone_le', 'zone_suction', 'zone_te', 'zone_pressure'] as const;
 
-interface Station { s: number; deviation: number | null; u95: number; zone: number }
+interface Station { s: number; deviation: number | null; u95: number; zone: number; below?: number; above?: number }
 
 function stations(final: Section | undefined, live: LivePoint[]): Station[] {
   if (final?.contour.length) {
@@ -15,7 +15,7 @@ function stations(final: Section | undefined, live: LivePoint[]): Station[] {
     return rows.map((_, i) => {
       const row = rows[(i + turn) % rows.length], before = rows[(i + turn + rows.length - 1) % rows.length];
       if (i) s += Math.hypot(row[0] - before[0], row[1] - before[1]);
-      return { s, deviation: row[5], u95: row[6], zone: row[4] };
+      return { s, deviation: row[5], u95: row[6], zone: row[4], below: row[7], above: row[8] };
     });
   }
   let s = 0;
@@ -32,7 +32,8 @@ export function drawStrip(canvas: HTMLCanvasElement, plan: Plan | null, final: S
   const left = 72, right = 8, top = 18, bottom = 18, so_far = all.length ? all[all.length - 1].s || 1 : 1;
   const end = final ? so_far : so_far * Math.max(1, expected / Math.max(1, all.length));
   const half = (zone: number) => ((zone === 0 || zone === 2 ? plan?.edge_profile_mm : plan?.profile_mm) ?? NaN) / 2;
-  const limit = Math.max(...[half(0), half(1)].filter(Number.isFinite), 0.005);
+  const widest = all.reduce((most, one) => Math.max(most, -(one.below ?? 0), one.above ?? 0), 0);
+  const limit = Math.max(...[half(0), half(1), widest].filter(Number.isFinite), 0.005);
   const sorted = all.map((one) => Math.abs(one.deviation ?? 0)).sort((a, b) => a - b);
   // A few bad points must not flatten the rest.
   const largest = final ? (sorted[sorted.length - 1] ?? 0) : (sorted[Math.floor(sorted.length * 0.98)] ?? 0);
@@ -50,6 +51,7 @@ export function drawStrip(canvas: HTMLCanvasElement, plan: Plan | null, final: S
   }
   if (!all.length) return;
   if (final) drawZones(g, all, p, X, Y, half, height, bottom, width - right);
+  if (widest) drawPointLimits(g, all, p, X, Y);
   g.fillStyle = p.accent;
   g.globalAlpha = 0.25;
   for (const one of all) if (one.deviation !== null && one.u95) g.fillRect(X(one.s), Y(one.deviation + one.u95), 1.2, Y(one.deviation - one.u95) - Y(one.deviation + one.u95));
@@ -69,6 +71,24 @@ export function drawStrip(canvas: HTMLCanvasElement, plan: Plan | null, final: S
     }
     g.stroke();
   }
+}
+
+/** Limits that differ from point to point. */
+function drawPointLimits(g: CanvasRenderingContext2D, all: Station[], p: Record<string, string>, X: (s: number) => number, Y: (d: number) => number) {
+  g.strokeStyle = p.bad;
+  g.setLineDash([5, 3]);
+  for (const side of ['below', 'above'] as const) {
+    g.beginPath();
+    let pen = false;
+    for (const one of all) {
+      const limit = one[side];
+      if (limit === undefined) { pen = false; continue; }
+      if (pen) g.lineTo(X(one.s), Y(limit)); else g.moveTo(X(one.s), Y(limit));
+      pen = true;
+    }
+    g.stroke();
+  }
+  g.setLineDash([]);
 }
 
 function drawZones(g: CanvasRenderingContext2D, all: Station[], p: Record<string, string>, X: (s: number) => number, Y: (d: number) => number,
