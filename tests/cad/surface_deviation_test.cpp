@@ -11,7 +11,6 @@
 
 #include "acquisition/section_figures.hpp"
 #include "acquisition/section_setup.hpp"
-#include "acquisition/section_setup.hpp"
 #include "tests/acquisition/temp_folder.hpp"
 #include "tests/cad/elliptic_body.hpp"
 

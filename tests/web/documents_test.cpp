@@ -8,6 +8,7 @@
 
 #include "acquisition/exports.hpp"
 #include "acquisition/operator_choice.hpp"
+#include "tests/acquisition/nom_blade.hpp"
 #include "tests/web/recorded_run.hpp"
 #include "web/server/choice_request.hpp"
 
@@ -61,6 +62,31 @@ TEST_F(Documents, ASectionIsWhatTheFilesSay) {
     EXPECT_EQ(section.at("decision"), "accept");
     EXPECT_FALSE(json::parse(section_document(*review, 1).value()).at("finished"));
     EXPECT_EQ(section_document(*review, 2).error().code, core::ErrorCode::input_missing);
+}
+
+/// Where the nominal has tolerances at its points, the rows of the contour have them.
+TEST_F(Documents, ASectionHasTheTolerancesOfItsPoints) {
+    EXPECT_EQ(json::parse(section_document(*review, 0).value())["contour"][7].size(), 7U) << "here it has none";
+    const acquisition::TempFolder folder;
+    const auto nominal = folder.write(
+        "b.nom",
+        acquisition::nom::written({}, {.tolerance = [](const acquisition::synthetic::ContourPoint& point, double) {
+                                      return std::pair(-0.05, point.zone == fitting::Zone::suction ? 0.08 : 0.03);
+                                  }}));
+    const test::RecordedRun other("[part]\nname = \"n\"\n[nominal]\nkind = \"nom\"\nfiles = [\"" + nominal +
+                                  "\"]\n[scan]\nheights_mm = [10, 25]\npitch_mm = 0.5\n");
+    const auto by_point = acquisition::RunReview::open(other.folder + "/run.cmmrun");
+    ASSERT_TRUE(by_point) << by_point.error().text();
+    const auto section = json::parse(section_document(**by_point, 0).value());
+    std::size_t wide = 0, narrow = 0;
+    for (const auto& row : section.at("contour")) {
+        ASSERT_EQ(row.size(), 9U);
+        EXPECT_EQ(row[7], -0.05);
+        wide += row[8] == 0.08;
+        narrow += row[8] == 0.03;
+    }
+    EXPECT_GT(wide, 500U) << "the suction side";
+    EXPECT_GT(narrow, 500U);
 }
 
 TEST_F(Documents, AChoiceIsReadBackFromTheResult) {

@@ -19,7 +19,7 @@ struct RecordedRun {
     std::string folder = runs.path("first");
     std::size_t points = 0;  ///< of the first section
 
-    RecordedRun() {
+    explicit RecordedRun(const std::string& part_text = acquisition::session_part_text()) : job(part_text) {
         std::filesystem::create_directories(folder);
         auto journal = acquisition::Journal::create(folder + "/run.cmmrun", acquisition::session_header(job)).value();
         points = job.plan.paths[0].points.size();
