@@ -5,9 +5,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
+#include "acquisition/six_point_spec.hpp"
 #include "core/config.hpp"
 #include "fitting/best_fit.hpp"
 #include "fitting/plane_motion.hpp"
@@ -16,9 +18,10 @@ namespace cmm::acquisition {
 
 /// By what the measured part is laid onto its nominal before deviations are taken (docs/adr/0017).
 enum class AlignmentKind : std::uint8_t {
-    none,     ///< the machine's part frame is the nominal's
-    section,  ///< each section by its own best fit: form without location
-    blade,    ///< all sections by one rigid motion in x, y and about z: location within the blade counts
+    none,        ///< the machine's part frame is the nominal's
+    six_points,  ///< six datum points, touched before the first section, make the part frame; no fit after them
+    section,     ///< each section by its own best fit: form without location
+    blade,       ///< all sections by one rigid motion in x, y and about z: location within the blade counts
 };
 std::string_view to_string(AlignmentKind kind) noexcept;
 
@@ -28,6 +31,7 @@ struct AlignmentSpec {
     fitting::FitObjective objective = fitting::FitObjective::least_squares;
     bool translate_x = true, translate_y = true, rotate = true;  ///< false: held as measured
     std::array<bool, 4> zones{true, true, true, true};           ///< that take part, by Zone
+    std::optional<SixPointSpec> six_points;                      ///< also before a best fit: where the part stands
 };
 
 /// `has_nominal`: without one there is nothing to align to. Complains of that, of what contradicts itself, and of zones

@@ -33,6 +33,8 @@ struct Clearance {
         way_out;  ///< without obstacles: the direction from the part to the first touch's start
 
     bool outside(const Eigen::Vector3d& p) const;
+    /// Of the box, where it is free whatever stands in it.
+    Eigen::Vector3d high_corner_mm() const { return {high_mm.x(), high_mm.y(), top_mm}; }
     /// How far the stylus, ball centre at p, stays from the sections: negative when it cuts them.
     double gap_mm(const Eigen::Vector3d& p) const;
     /// The point of the box's side that is reached straight from p on the way with the most room; nothing when none is

@@ -2,6 +2,7 @@
 #include "acquisition/event_payload.hpp"
 
 #include "acquisition/json_text.hpp"
+#include "core/text.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -158,6 +159,26 @@ std::string again_payload(const SectionResult& section, std::size_t pass, const 
 
 std::string decision_payload(std::size_t section, Decision decision) {
     return JsonFields().add("section", section).add("decision", acquisition::to_string(decision)).text();
+}
+
+std::string frame_payload(const PartFrame& frame) {
+    const auto list = [](const auto& values, int digits) {
+        std::string text;
+        for (const double value : values)
+            text += (text.empty() ? "[" : ", ") + core::fixed(value, digits);
+        return text + "]";
+    };
+    return JsonFields()
+        .add("kind", acquisition::to_string(AlignmentKind::six_points))
+        .add("rounds", frame.rounds)
+        .add("condition", frame.condition, 3)
+        .raw("about_mm", list(frame.about_mm, number_digits))
+        .raw("shift_mm", list(frame.shift_mm(), number_digits))
+        .raw("turn_rad", list(frame.turn_rad(), number_digits))
+        .raw("standard", list(frame.standard(), number_digits))
+        .raw("residual_mm", list(frame.residual_mm, number_digits))
+        .add("moved_mm", frame.moved_mm, number_digits)
+        .text();
 }
 
 std::string link_payload(const drivers::LinkStats& stats) {

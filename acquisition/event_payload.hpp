@@ -6,6 +6,7 @@
 
 #include "acquisition/live_section.hpp"
 #include "acquisition/measure_again.hpp"
+#include "acquisition/part_frame.hpp"
 #include "acquisition/section_result.hpp"
 #include "drivers/link_stats.hpp"
 
@@ -24,6 +25,7 @@ std::string exceedance_payload(std::size_t section, const Exceedance& exceedance
 /// Before the pass is driven: why, and what was known then.
 std::string again_payload(const SectionResult& section, std::size_t pass, const AgainPass& planned);
 std::string decision_payload(std::size_t section, Decision decision);
+std::string frame_payload(const PartFrame& frame);
 std::string link_payload(const drivers::LinkStats& stats);
 
 }  // namespace cmm::acquisition

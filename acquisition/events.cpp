@@ -45,6 +45,8 @@ std::string_view to_string(EventKind kind) noexcept {
             return "PointsChosen";
         case EventKind::measure_again:
             return "MeasureAgain";
+        case EventKind::part_aligned:
+            return "PartAligned";
     }
     return "Unknown";
 }

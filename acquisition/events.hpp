@@ -30,6 +30,7 @@ enum class EventKind : std::uint8_t {
     run_stopped,
     points_chosen,
     measure_again,
+    part_aligned,
 };
 /// "RunStarted", "PathStarted", ... as in the NDJSON stream.
 std::string_view to_string(EventKind kind) noexcept;

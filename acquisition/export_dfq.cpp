@@ -7,6 +7,7 @@
 
 #include "acquisition/exports.hpp"
 #include "acquisition/listed_characteristic.hpp"
+#include "acquisition/part_frame.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -80,6 +81,7 @@ std::string dfq_text(const PartResult& part) {
     const Alignment* alignment = part.alignment();
     const bool of_blade = alignment != nullptr && alignment->spec.kind == AlignmentKind::blade;
     text.field("K1900", part.software_version + ", run " + part.run_id +
+                            (part.part_frame ? ", part frame " + part_frame_words(*part.part_frame) : std::string()) +
                             (of_blade ? ", alignment of the blade " + alignment_words(*alignment) : std::string()));
     for (std::size_t k = 0; k < entries.size(); ++k)
         describe(text, entries[k], k + 1);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "acquisition/exports.hpp"
+#include "acquisition/part_frame.hpp"
 #include "acquisition/profile.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
@@ -138,6 +139,7 @@ class DmisDocument {
         out_.statement("DV(MACHINE)=DMEID/" + dmis_text(part_.machine));
         out_.statement("DS(PROGRAM)=DMESWI/" + dmis_text(part_.software_version));
         out_.remark("decision rule: " + part_.decision_rule);
+        if (part_.part_frame) out_.remark("part frame: " + part_frame_words(*part_.part_frame));
         if (const auto* alignment = part_.alignment()) out_.remark("alignment: " + frame_words(alignment->spec));
         for (const auto& section : part_.sections)
             add(section);

@@ -88,8 +88,9 @@ Json alignment(const Alignment& alignment) {
     if (alignment.state == Alignment::State::none) return out;
     const auto standard = [&](Eigen::Index k) { return number(std::sqrt(std::max(0.0, alignment.covariance(k, k)))); };
     out["kind"] = to_string(alignment.spec.kind);
-    out["objective"] = fitting::to_string(alignment.spec.objective);
-    out["free"] = free_words(alignment.spec);
+    if (alignment.spec.kind != AlignmentKind::six_points)
+        out["objective"] = fitting::to_string(alignment.spec.objective);
+    if (alignment.spec.kind != AlignmentKind::six_points) out["free"] = free_words(alignment.spec);
     if (alignment.done()) {
         const auto& motion = alignment.motion;
         out["about_x_mm"] = number(motion.about_mm.x());
@@ -108,6 +109,34 @@ Json alignment(const Alignment& alignment) {
     }
     if (!alignment.note.empty()) out["note"] = alignment.note;
     return out;
+}
+
+template <class Values>
+Json list_of(const Values& values) {
+    Json list = Json::array();
+    for (const double value : values)
+        list.push_back(number(value));
+    return list;
+}
+
+Json part_frame(const fitting::SixPointFrame& frame) {
+    Json rows = Json::array(), covariance = Json::array();
+    for (Eigen::Index i = 0; i < 3; ++i)
+        rows.push_back(list_of(Eigen::Vector4d(frame.machine_from_part.matrix().row(i).transpose())));
+    for (Eigen::Index i = 0; i < 6; ++i)
+        covariance.push_back(list_of(Eigen::Matrix<double, 6, 1>(frame.covariance.row(i).transpose())));
+    return {{"kind", to_string(AlignmentKind::six_points)},
+            {"machine_from_part", std::move(rows)},
+            {"about_mm", list_of(frame.about_mm)},
+            {"shift_mm", list_of(frame.shift_mm())},
+            {"turn_rad", list_of(frame.turn_rad())},
+            {"covariance", std::move(covariance)},
+            {"touch_standard_mm", number(frame.touch_standard_mm)},
+            {"residual_mm", list_of(frame.residual_mm)},
+            {"moved_mm", number(frame.moved_mm)},
+            {"condition", number(frame.condition)},
+            {"condition_length_mm", number(frame.length_mm)},
+            {"rounds", frame.rounds}};
 }
 
 Json section_of(const SectionResult& section) {
@@ -149,22 +178,22 @@ std::string result_json(const PartResult& part) {
         of_part.push_back(characteristic(c));
         of_part.back()["section"] = section ? Json(*section) : Json(nullptr);
     }
-    const Json out{
-        {"schema", "cmmlive-result"},
-        {"schema_version", 1},
-        {"verdict", verdict_word(part)},
-        {"reasons", verdict_reasons(part)},
-        {"decision_rule", part.decision_rule},
-        {"part", {{"name", part.part_name}, {"serial", part.part_serial}, {"has_nominal", part.has_nominal}}},
-        {"run",
-         {{"id", part.run_id},
-          {"started_utc", part.started_utc},
-          {"machine", part.machine},
-          {"software_version", part.software_version},
-          {"ball_radius_mm", number(part.ball_radius_mm)},
-          {"complete", part.complete}}},
-        {"characteristics", std::move(of_part)},
-        {"sections", std::move(sections)}};
+    Json out{{"schema", "cmmlive-result"},
+             {"schema_version", 1},
+             {"verdict", verdict_word(part)},
+             {"reasons", verdict_reasons(part)},
+             {"decision_rule", part.decision_rule},
+             {"part", {{"name", part.part_name}, {"serial", part.part_serial}, {"has_nominal", part.has_nominal}}},
+             {"run",
+              {{"id", part.run_id},
+               {"started_utc", part.started_utc},
+               {"machine", part.machine},
+               {"software_version", part.software_version},
+               {"ball_radius_mm", number(part.ball_radius_mm)},
+               {"complete", part.complete}}},
+             {"characteristics", std::move(of_part)},
+             {"sections", std::move(sections)}};
+    if (part.part_frame) out["part_frame"] = part_frame(*part.part_frame);
     // Names come from files of the user: bytes that are not UTF-8 are replaced, not thrown at him.
     return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

@@ -58,6 +58,9 @@ class ReadableJournal : public Journal {
     Result<std::vector<JournalPath>> paths() const override {
         return reader_now().and_then([](const auto& reader) { return reader->paths(); });
     }
+    Result<std::map<std::string, double>> part_frame() const override {
+        return reader_now().and_then([](const auto& reader) { return reader->part_frame(); });
+    }
     Result<std::string> verdict() const override {
         return reader_now().and_then([](const auto& reader) { return reader->verdict(); });
     }
@@ -87,6 +90,7 @@ class ReadOnlyJournal final : public ReadableJournal {
         : ReadableJournal(std::move(file), std::move(header)), last_(last) {}
     std::uint64_t durable_sequence() const noexcept override { return last_; }
     Status set_origin(std::uint32_t /*boot_id*/, std::int64_t /*sequence_shift*/) override { return refuse(); }
+    Status set_part_frame(const std::map<std::string, double>& /*numbers*/) override { return refuse(); }
     Status append(std::span<const Sample> /*samples*/) override { return refuse(); }
     Result<bool> hasten() override { return true; }
     Status flush() override { return {}; }
@@ -131,6 +135,7 @@ class WritingJournal final : public ReadableJournal {
 
     std::uint64_t durable_sequence() const noexcept override { return durable_.load(std::memory_order_acquire); }
     Status set_origin(std::uint32_t boot_id, std::int64_t sequence_shift) override;
+    Status set_part_frame(const std::map<std::string, double>& numbers) override;
     Status append(std::span<const Sample> samples) override;
     Result<bool> hasten() override;
     Status flush() override { return flush_queue(); }
@@ -188,6 +193,11 @@ Status WritingJournal::set_origin(std::uint32_t boot_id, std::int64_t sequence_s
     if (status) status = flush();
     if (status) change_origin(boot_id, sequence_shift);
     return status;
+}
+
+Status WritingJournal::set_part_frame(const std::map<std::string, double>& numbers) {
+    auto status = add_note([numbers](RunFile& out) { return out.set_part_frame(numbers); });
+    return status ? flush() : status;
 }
 
 Status WritingJournal::append(std::span<const Sample> samples) {

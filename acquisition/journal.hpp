@@ -54,6 +54,9 @@ class Journal {
     virtual const Header& header() const = 0;
     /// The controller was restarted: from now on its numbers mean this. Durable on return.
     virtual core::Status set_origin(std::uint32_t boot_id, std::int64_t sequence_shift) = 0;
+    /// Where the part stands on the machine (part_frame.hpp), found once before anything is measured of it; a second
+    /// frame is refused (journal_corrupt). Durable on return.
+    virtual core::Status set_part_frame(const std::map<std::string, double>& numbers) = 0;
     /// Never blocks the caller for long: when the queue (1 << 20 samples) is full (journal_slow) or the disk failed,
     /// the error comes back and the caller holds the machine. A sequence other than the last one plus 1 is refused
     /// (journal_corrupt).
@@ -82,6 +85,8 @@ class Journal {
     virtual core::Result<std::uint64_t> last_event_seq() const = 0;  ///< 0: none; a resumed run counts on from it
     virtual core::Result<std::vector<core::Sample>> samples() const = 0;
     virtual core::Result<std::vector<JournalPath>> paths() const = 0;
+    /// Empty: none was found, the machine's frame is the part's.
+    virtual core::Result<std::map<std::string, double>> part_frame() const = 0;
     virtual core::Result<std::string> verdict() const = 0;  ///< empty: the run did not end
 
   protected:

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acquisition/datum_touches.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -122,6 +123,13 @@ core::Result<Plan> make_plan(const PartFile& part, const Nominal* nominal, const
     const double largest =
         known ? std::min(part.scan.max_speed_mm_s, capabilities->max_speed_mm_s) : part.scan.max_speed_mm_s;
     plan.approach_speed_mm_s = std::min(largest, 10.0);
+    if (part.alignment.six_points && nominal != nullptr) {
+        const auto points = on_nominal(*part.alignment.six_points, *nominal);
+        if (!points) return tl::unexpected(points.error());
+        plan.datum_touches = datum_touches(*points, part.stylus.radius_mm, plan.approach_speed_mm_s);
+        plan.datum_approach_mm = part.alignment.six_points->approach_mm;
+        plan.datum_search_mm = part.alignment.six_points->search_mm;
+    }
     const auto cut = cut_at_heights(part, nominal);
     if (!cut) return tl::unexpected(cut.error());
     const auto& cuts = *cut;

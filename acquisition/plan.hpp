@@ -35,10 +35,13 @@ struct Plan {
     double approach_mm = 1.0, search_mm = 1.0;
     double travel_speed_mm_s = 50.0, approach_speed_mm_s = 5.0;
     Clearance clearance;
-    std::vector<PlannedPath> paths;  ///< one a section, ascending
-    double length_mm = 0.0;          ///< scanned
-    double duration_s = 0.0;         ///< scans and travel, estimate
-    std::string hash;                ///< of everything above
+    /// Before the first section: the ball's places on the six datum points, none without such an alignment.
+    std::vector<drivers::PathPoint> datum_touches;
+    double datum_approach_mm = 0.0, datum_search_mm = 0.0;  ///< above and below them
+    std::vector<PlannedPath> paths;                         ///< one a section, ascending
+    double length_mm = 0.0;                                 ///< scanned
+    double duration_s = 0.0;                                ///< scans and travel, estimate
+    std::string hash;                                       ///< of everything above
 };
 
 /// The speed follows the step, which goes with the square root of the radius of curvature, so the centripetal

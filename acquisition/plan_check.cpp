@@ -38,8 +38,23 @@ class PlanCheck {
                 if (end) visited.emplace_back(end->x(), end->y(), path.z_mm);
             }
             for (const auto& p : visited) {
-                if (!within(p, machine, path)) break;  // one finding a section is enough
+                if (!within(p, machine, at_section(path))) break;  // one finding a section is enough
             }
+        }
+    }
+
+    /// The six datum points, where the part is expected: within the travel, with a free way there and room above.
+    void datums(const drivers::Capabilities* machine) {
+        for (std::size_t i = 0; i < plan_.datum_touches.size(); ++i) {
+            const std::string where = "datum point " + std::to_string(i + 1) + ": ";
+            const auto& touch = plan_.datum_touches[i];
+            const Vector3d start = above(touch, plan_.datum_approach_mm);
+            if (machine != nullptr)
+                within(start, *machine, where) && within(above(touch, -plan_.datum_search_mm), *machine, where);
+            if (travel_route(plan_, plan_.clearance.high_corner_mm(), start).empty() ||
+                plan_.clearance.gap_mm(start) <= 0.0)
+                add(Severity::error, where + "no free way for the stylus to " + point_text(start.head<2>()) +
+                                         ", where its touch begins");
         }
     }
 
@@ -156,11 +171,11 @@ class PlanCheck {
         return deeper;
     }
 
-    bool within(const Vector3d& p, const drivers::Capabilities& machine, const PlannedPath& path) {
+    bool within(const Vector3d& p, const drivers::Capabilities& machine, const std::string& where) {
         for (Eigen::Index k = 0; k < 3; ++k) {
             if (p[k] >= machine.limit_min_mm[k] && p[k] <= machine.limit_max_mm[k]) continue;
             const std::string axis(1, "xyz"[k]);
-            add(Severity::error, at_section(path) + axis + " = " + core::fixed(p[k], 3) +
+            add(Severity::error, where + axis + " = " + core::fixed(p[k], 3) +
                                      " mm lies outside the machine's travel (" +
                                      core::fixed(machine.limit_min_mm[k], 3) + " mm to " +
                                      core::fixed(machine.limit_max_mm[k], 3) + " mm)");
@@ -211,6 +226,7 @@ std::vector<Finding> check_plan(const Plan& plan, const PartFile& part, const No
         if (!by_touches) check.clock(*capabilities);
     }
     if (nominal != nullptr) {
+        check.datums(capabilities);
         if (by_touches) check.touch_ways(*nominal);
         check.travel();
         check.shank();

@@ -34,6 +34,21 @@ Eigen::Matrix<double, N, 1> vector_from(const Json& list) {
     return vector;
 }
 
+/// x y z nx ny nz speed record
+Json point_to_json(const drivers::PathPoint& point) {
+    Json row = numbers(point.centre_mm);
+    for (const double n : point.normal)
+        row.push_back(file_number(n));
+    row.push_back(file_number(point.speed_mm_s));
+    row.push_back(point.record ? 1 : 0);
+    return row;
+}
+
+drivers::PathPoint point_from_json(const Json& row) {
+    const auto values = vector_from<8>(row);
+    return {values.head<3>(), values.segment<3>(3), values[6], values[7] != 0.0};
+}
+
 Json path_to_json(const PlannedPath& path) {
     Json json{{"section", path.section},
               {"z_mm", file_number(path.z_mm)},
@@ -49,15 +64,9 @@ Json path_to_json(const PlannedPath& path) {
         json["unreached"].push_back(
             {{"position_mm", numbers(place.position_mm)}, {"depth_mm", file_number(place.depth_mm)}});
     }
-    json["points"] = Json::array();  // x y z nx ny nz speed record
-    for (const auto& point : path.points) {
-        Json row = numbers(point.centre_mm);
-        for (const double n : point.normal)
-            row.push_back(file_number(n));
-        row.push_back(file_number(point.speed_mm_s));
-        row.push_back(point.record ? 1 : 0);
-        json["points"].push_back(std::move(row));
-    }
+    json["points"] = Json::array();
+    for (const auto& point : path.points)
+        json["points"].push_back(point_to_json(point));
     return json;
 }
 
@@ -74,10 +83,8 @@ PlannedPath path_from_json(const Json& json) {
     for (const auto& place : json.at("unreached")) {
         path.unreached.push_back({vector_from<2>(place.at("position_mm")), place.at("depth_mm").get<double>()});
     }
-    for (const auto& row : json.at("points")) {
-        const auto values = vector_from<8>(row);
-        path.points.push_back({values.head<3>(), values.segment<3>(3), values[6], values[7] != 0.0});
-    }
+    for (const auto& row : json.at("points"))
+        path.points.push_back(point_from_json(row));
     return path;
 }
 
@@ -125,6 +132,13 @@ Json to_json_without_hash(const Plan& plan) {
     json["length_mm"] = file_number(plan.length_mm);
     json["duration_s"] = file_number(plan.duration_s);
     json["clearance"] = clearance_to_json(plan.clearance);
+    if (!plan.datum_touches.empty()) {
+        json["datum_approach_mm"] = file_number(plan.datum_approach_mm);
+        json["datum_search_mm"] = file_number(plan.datum_search_mm);
+        json["datum_touches"] = Json::array();
+        for (const auto& point : plan.datum_touches)
+            json["datum_touches"].push_back(point_to_json(point));
+    }
     json["paths"] = Json::array();
     for (const auto& path : plan.paths)
         json["paths"].push_back(path_to_json(path));
@@ -141,6 +155,12 @@ Plan from_json(const Json& json) {
     plan.length_mm = json.at("length_mm").get<double>();
     plan.duration_s = json.at("duration_s").get<double>();
     plan.clearance = clearance_from_json(json.at("clearance"));
+    if (json.contains("datum_touches")) {
+        plan.datum_approach_mm = json.at("datum_approach_mm").get<double>();
+        plan.datum_search_mm = json.at("datum_search_mm").get<double>();
+        for (const auto& row : json.at("datum_touches"))
+            plan.datum_touches.push_back(point_from_json(row));
+    }
     for (const auto& path : json.at("paths"))
         plan.paths.push_back(path_from_json(path));
     plan.hash = json.at("hash").get<std::string>();

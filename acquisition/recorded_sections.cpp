@@ -5,14 +5,16 @@
 #include <string>
 #include <utility>
 
+#include "acquisition/part_frame.hpp"
+
 namespace cmm::acquisition {
 namespace {
 
-RecordedPoint recorded(const core::Sample& sample, double lsb_mm) {
+RecordedPoint recorded(const core::Sample& sample, double lsb_mm, const core::PartFromMachine& to_part) {
     RecordedPoint point;
     point.sequence = sample.sequence;
     point.flags = sample.flags;
-    point.centre_mm = core::centre_mm(sample, lsb_mm);
+    point.centre_mm = to_part(core::Position<core::MachineFrame>{core::centre_mm(sample, lsb_mm)}).mm;
     if ((sample.flags & core::sample_flag::no_contact) != 0) point.verdict.reason = fitting::RejectReason::no_contact;
     return point;
 }
@@ -44,6 +46,12 @@ core::Status RecordedSections::refresh(const Journal& journal) {
     if (!status) return status;
     const auto paths = journal.paths();
     if (!paths) return tl::unexpected(paths.error());
+    // Found before the first path begins.
+    const auto numbers = journal.part_frame();
+    if (!numbers) return tl::unexpected(numbers.error());
+    const auto frame = frame_from_numbers(*numbers);
+    if (!frame) return tl::unexpected(frame.error());
+    const auto to_part = part_from_machine(*frame);
     for (const auto& path : *paths)
         section_of_path_[path.path] = {path.section, path.pass};
     for (const auto& path : *before) {
@@ -60,7 +68,7 @@ core::Status RecordedSections::refresh(const Journal& journal) {
         }
         const auto [index, pass] = found->second;
         auto& points = section(index).points;
-        points.push_back(recorded(sample, journal.header().lsb_mm));
+        points.push_back(recorded(sample, journal.header().lsb_mm, to_part));
         points.back().pass = pass;
     }
     return {};

@@ -19,8 +19,11 @@ core::Result<Recording> Recording::load(const std::string& file) {
     if (!paths) return tl::unexpected(paths.error());
     auto samples = (*journal)->samples();
     if (!samples) return tl::unexpected(samples.error());
+    auto frame = (*journal)->part_frame();
+    if (!frame) return tl::unexpected(frame.error());
     Recording recording;
     recording.header_ = (*journal)->header();
+    recording.part_frame_ = std::move(*frame);
     recording.section_of_path_.assign(path_ids, no_section);
     for (const auto& path : *paths)
         recording.section_of_path_[path.path] = static_cast<std::uint32_t>(path.section);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -21,6 +22,7 @@ class Recording {
     static core::Result<Recording> load(const std::string& file);
 
     const Journal::Header& header() const { return header_; }
+    const std::map<std::string, double>& part_frame() const { return part_frame_; }
     std::uint64_t size() const { return samples_.size(); }
     /// How many samples have been played.
     std::uint64_t position() const { return position_; }
@@ -38,6 +40,7 @@ class Recording {
   private:
     bool is_touch(std::uint64_t at) const;
     Journal::Header header_;
+    std::map<std::string, double> part_frame_;
     std::vector<core::Sample> samples_;
     std::vector<std::uint32_t> section_of_path_;  // by path id; no_section: never begun
     std::uint64_t position_ = 0;

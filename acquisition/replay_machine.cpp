@@ -104,6 +104,7 @@ asio::awaitable<Result<drivers::Capabilities>> ReplayMachine::connect() {
         error.message = file_ + ": " + error.message;
         co_return tl::unexpected(std::move(error));
     }
+    capabilities->recorded_frame = recording->part_frame();
     recording_ = std::move(*recording);
     capabilities_ = std::move(*capabilities);
     position_mm_ = capabilities_.limit_max_mm;

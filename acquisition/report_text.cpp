@@ -5,6 +5,7 @@
 #include <array>
 
 #include "acquisition/alignment.hpp"
+#include "acquisition/part_frame.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -119,6 +120,7 @@ std::vector<std::pair<std::string, std::string>> report_facts(const PartResult& 
         {"Run", part.run_id},
         {"Stylus ball radius", core::fixed(part.ball_radius_mm, radius_digits) + " mm"},
         {"Reference", reference_of(part)},
+        {"Part frame", part.part_frame ? part_frame_words(*part.part_frame) : std::string()},
         {"Alignment", alignment_of(part)},
         {"Points", std::to_string(points) + " recorded, " + std::to_string(rejected) + " rejected"},
         {"Software", part.software_version}};
@@ -200,7 +202,11 @@ std::vector<std::pair<std::string, std::string>> report_methods(const PartResult
             "curve of ball centres.");
     methods.emplace_back(
         "Alignment",
-        "Nominal frame: the machine\u2019s part frame is that of the nominal. Best fit: the nominal laid onto the "
+        "Nominal frame: the machine\u2019s part frame is that of the nominal. Six datum points (RPS): touched before "
+        "the "
+        "first section, in rounds, until each touch is where it is expected; the sections are measured in the frame "
+        "that "
+        "they fix, and the U95 of deviations holds what the touches leave open. Best fit: the nominal laid onto the "
         "measured contour by closest points, each with the length of contour that it stands for; of the section by "
         "itself (form without location) or of all sections as one rigid body. Deviations are taken after it, and their "
         "U95 holds its standard uncertainty.");

@@ -47,6 +47,9 @@ CREATE TABLE capability(name TEXT PRIMARY KEY, value REAL NOT NULL) STRICT;
 )sql"},
                                 Migration{3, R"sql(
 ALTER TABLE path ADD COLUMN pass INTEGER NOT NULL DEFAULT 0;
+)sql"},
+                                Migration{4, R"sql(
+CREATE TABLE part_frame(name TEXT PRIMARY KEY, value REAL NOT NULL) STRICT;
 )sql"}};
 constexpr int schema_version = migrations.back().version;
 
@@ -185,24 +188,29 @@ struct RunFile::Connection {
         insert.bind(++at, h.sequence_shift);
         insert.bind(++at, h.ball_radius_mm);
         if (auto status = done(insert, "write the header"); !status) return status;
-        for (const auto& [name, value] : h.capabilities) {
-            Statement row(db, "INSERT INTO capability(name, value) VALUES(?, ?)");
+        return write_numbers("INSERT INTO capability(name, value) VALUES(?, ?)", h.capabilities,
+                             "write the machine's capabilities");
+    }
+    Status write_numbers(const char* insert, const std::map<std::string, double>& numbers, const char* doing) const {
+        for (const auto& [name, value] : numbers) {
+            Statement row(db, insert);
             row.bind(1, std::string_view(name));
             row.bind(2, value);
-            if (auto status = done(row, "write the machine's capabilities"); !status) return status;
+            if (auto status = done(row, doing); !status) return status;
         }
         return {};
     }
-    Result<std::map<std::string, double>> capabilities() const {
+    /// Of a table of names and numbers that the schema has since a version.
+    Result<std::map<std::string, double>> numbers(const char* select, std::int64_t since, const char* doing) const {
         std::map<std::string, double> found;
         const auto version = single("PRAGMA user_version");
         if (!version) return tl::unexpected(version.error());
-        if (*version < 2) return found;
-        Statement query(db, "SELECT name, value FROM capability");
+        if (*version < since) return found;
+        Statement query(db, select);
         int rc = SQLITE_ROW;
         while ((rc = query.step()) == SQLITE_ROW)
             found.emplace(query.text(0), query.number(1));
-        if (rc != SQLITE_DONE) return failure("read the machine's capabilities");
+        if (rc != SQLITE_DONE) return failure(doing);
         return found;
     }
 };
@@ -267,6 +275,11 @@ Status RunFile::set_origin(std::uint32_t boot_id, std::int64_t sequence_shift) {
     update.bind(1, std::int64_t{boot_id});
     update.bind(2, sequence_shift);
     return connection_->done(update, "write the origin");
+}
+
+Status RunFile::set_part_frame(const std::map<std::string, double>& numbers) {
+    return connection_->write_numbers("INSERT INTO part_frame(name, value) VALUES(?, ?)", numbers,
+                                      "write the frame of the part");
 }
 
 Status RunFile::add_batch(std::span<const core::Sample> samples) {
@@ -339,7 +352,8 @@ Result<Journal::Header> RunFile::header() const {
     h.boot_id = static_cast<std::uint32_t>(query.integer(at + 1));
     h.sequence_shift = query.integer(at + 2);
     h.ball_radius_mm = query.number(at + 3);
-    auto capabilities = connection_->capabilities();
+    auto capabilities =
+        connection_->numbers("SELECT name, value FROM capability", 2, "read the machine's capabilities");
     if (!capabilities) return tl::unexpected(capabilities.error());
     h.capabilities = std::move(*capabilities);
     return h;
@@ -398,6 +412,10 @@ Result<std::vector<JournalPath>> RunFile::paths() const {
     }
     if (rc != SQLITE_DONE) return connection_->failure("read paths");
     return paths;
+}
+
+Result<std::map<std::string, double>> RunFile::part_frame() const {
+    return connection_->numbers("SELECT name, value FROM part_frame", 4, "read the frame of the part");
 }
 
 Result<std::string> RunFile::verdict() const {

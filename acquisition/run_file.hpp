@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,6 +33,7 @@ class RunFile {
     core::Status commit();
     void roll_back() noexcept;
     core::Status set_origin(std::uint32_t boot_id, std::int64_t sequence_shift);
+    core::Status set_part_frame(const std::map<std::string, double>& numbers);
     core::Status add_batch(std::span<const core::Sample> samples);
     core::Status add_path(const JournalPath& path);
     core::Status set_path_finished(std::uint16_t path);
@@ -44,6 +46,7 @@ class RunFile {
     core::Status each_batch(std::uint64_t from, const Journal::BatchVisitor& visit) const;
     core::Status each_event(std::uint64_t from_seq, const Journal::EventVisitor& visit) const;
     core::Result<std::vector<JournalPath>> paths() const;
+    core::Result<std::map<std::string, double>> part_frame() const;
     core::Result<std::string> verdict() const;
     core::Result<std::uint64_t> last_event_seq() const;
 

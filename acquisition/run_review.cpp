@@ -61,10 +61,22 @@ double RunReview::height_mm(std::size_t index) const {
 }
 
 core::Result<const SectionSetup*> RunReview::setup(std::size_t index) {
-    if (const auto known = setups_.find(index); known != setups_.end()) return &known->second;
+    const auto known = setups_.find(index);
+    // Asked for while the datum points of a running measurement are still being touched, it knows no frame yet.
+    const bool without_frame = known != setups_.end() && part_.alignment.six_points && !known->second.frame;
+    if (known != setups_.end() && !without_frame) return &known->second;
     auto made = make_section_setup(part_, nominal_.get(), index, height_mm(index));
     if (!made) return tl::unexpected(made.error());
-    return &setups_.emplace(index, std::move(*made)).first->second;
+    const auto frame = part_frame();
+    if (!frame) return tl::unexpected(frame.error());
+    if (*frame) take_frame(*made, **frame);
+    return &setups_.insert_or_assign(index, std::move(*made)).first->second;
+}
+
+core::Result<std::optional<PartFrame>> RunReview::part_frame() const {
+    const auto numbers = journal_->part_frame();
+    if (!numbers) return tl::unexpected(numbers.error());
+    return frame_from_numbers(*numbers);
 }
 
 bool RunReview::whole() const {
@@ -120,8 +132,11 @@ core::Result<const SectionResult*> RunReview::result_at(std::size_t place) {
 
 core::Result<PartResult> RunReview::result() {
     if (auto status = judge_all(); !status) return tl::unexpected(status.error());
+    const auto frame = part_frame();
+    if (!frame) return tl::unexpected(frame.error());
     const auto& header = journal_->header();
     PartResult result;
+    result.part_frame = *frame;
     result.part_name = part_.name;
     result.part_serial = part_.serial;
     result.started_utc = header.started_utc;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "acquisition/nominal.hpp"
 #include "acquisition/operator_choice.hpp"
 #include "acquisition/part_file.hpp"
+#include "acquisition/part_frame.hpp"
 #include "acquisition/recorded_sections.hpp"
 #include "acquisition/section_result.hpp"
 #include "acquisition/section_setup.hpp"
@@ -53,6 +55,8 @@ class RunReview {
     };
     /// Every section of the plan is recorded to its end.
     bool whole() const;
+    /// Errors: journal_io, journal_corrupt.
+    core::Result<std::optional<PartFrame>> part_frame() const;
     core::Status judge_all();
     const SectionResult& at(std::size_t place) const;
     RunReview(std::unique_ptr<Journal> journal, PartFile part, std::shared_ptr<const Nominal> nominal);

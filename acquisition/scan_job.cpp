@@ -62,6 +62,7 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
     outcome.result.software_version = request_.software_version;
     outcome.result.ball_radius_mm = request_.part.stylus.radius_mm;
     outcome.result.has_nominal = request_.nominal != nullptr;
+    outcome.result.part_frame = frame_;
     outcome.result.decision_rule = request_.part.gate.rule.worded();
     outcome.result.complete = !outcome.error && outcome.result.sections.size() == plan_.paths.size();
     add_part_characteristics(request_.part.gate.characteristics, request_.part.gate.rule, outcome.result);
@@ -105,6 +106,9 @@ boost::asio::awaitable<SessionInput> ScanJob::perform(SessionAction action) {
             break;
         case SessionAction::qualify:
             status = co_await qualify();
+            break;
+        case SessionAction::align:
+            status = co_await align();
             break;
         case SessionAction::scan:
             status = co_await scan();
@@ -169,6 +173,7 @@ core::Status ScanJob::prepare() {
     auto plan = make_plan(request_.part, request_.nominal.get(), &capabilities_);
     if (!plan) return tl::unexpected(plan.error());
     plan_ = std::move(*plan);
+    if (auto status = can_align(); !status) return status;
     if (auto status = check(); !status) return status;
     for (std::size_t i = 0; i < plan_.paths.size(); ++i) {
         auto setup = make_section_setup(request_.part, request_.nominal.get(), i, plan_.paths[i].z_mm);

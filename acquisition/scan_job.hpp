@@ -17,6 +17,7 @@
 #include "acquisition/journal.hpp"
 #include "acquisition/nominal.hpp"
 #include "acquisition/part_file.hpp"
+#include "acquisition/part_frame.hpp"
 #include "acquisition/plan.hpp"
 #include "acquisition/recorded_sections.hpp"
 #include "acquisition/sample_intake.hpp"
@@ -24,6 +25,7 @@
 #include "acquisition/session.hpp"
 #include "acquisition/workers.hpp"
 #include "core/clock.hpp"
+#include "drivers/framed_machine.hpp"
 #include "drivers/machine.hpp"
 
 namespace cmm::acquisition {
@@ -100,6 +102,14 @@ class ScanJob {
     Step travel(Eigen::Vector3d from, Eigen::Vector3d to);
     Step home();
     Step qualify();
+    core::Status can_align() const;
+    Step align();
+    void use_frame(const PartFrame& frame);
+    boost::asio::awaitable<core::Result<std::optional<PartFrame>>> find_frame();
+    boost::asio::awaitable<core::Result<fitting::SixCentres>> touch_datums(double approach_mm);
+    core::Status within_travel() const;
+    std::optional<Eigen::Vector3d> off_datum(const Eigen::Vector3d& where) const;
+    core::Status take_recorded_frame();
     boost::asio::awaitable<core::Result<bool>> approach();
     Step begin_path(JournalPath path, std::size_t points);
     Step scan();
@@ -117,7 +127,12 @@ class ScanJob {
     void restore_again(std::vector<RecordedSection>& recorded);
     Step touch_planned(std::uint16_t path, drivers::PathSource& source);
     Step touch_along(std::uint16_t path, drivers::PathSource& source, const Missed& note);
-    boost::asio::awaitable<core::Result<Eigen::Vector3d>> touch(drivers::PathPoint place, drivers::SampleSink& sink);
+    /// How far above a place a touch begins, and how far below it ends without contact.
+    struct TouchReach {
+        double approach_mm, search_mm;
+    };
+    boost::asio::awaitable<core::Result<Eigen::Vector3d>> touch(drivers::PathPoint place, TouchReach reach,
+                                                                drivers::SampleSink& sink);
     boost::asio::awaitable<core::Result<Entry>> find_part();
     Step stop_machine();
     Step flush();
@@ -140,7 +155,7 @@ class ScanJob {
     std::size_t expected_points(std::size_t section) const;
 
     ScanRequest request_;
-    drivers::Machine& machine_;
+    drivers::FramedMachine machine_;  // in the frame of the part, once it is known
     EventHub& events_;
     Workers& workers_;
     std::function<void(double, std::string)> show_progress_;
@@ -151,8 +166,9 @@ class ScanJob {
     SessionState state_ = SessionState::idle;
     std::optional<core::Error> error_;
     drivers::Capabilities capabilities_;
-    bool touching_ = false;  // sections are measured by single touches
-    bool owner_ = false;     // of the machine, since begin_run
+    std::optional<PartFrame> frame_;  // by datum points
+    bool touching_ = false;           // sections are measured by single touches
+    bool owner_ = false;              // of the machine, since begin_run
     std::shared_ptr<Journal> journal_;
     std::unique_ptr<SampleIntake> intake_;
     Plan plan_;

@@ -68,7 +68,7 @@ core::Status ScanJob::plan_pass() {
 }
 
 void ScanJob::submit_again(std::size_t index) {
-    auto live = std::make_unique<LiveSection>(setups_[index], capabilities_.lsb_mm, core::PartFromMachine(),
+    auto live = std::make_unique<LiveSection>(setups_[index], capabilities_.lsb_mm, machine_.part_from_machine(),
                                               expected_points(index));
     live->restore(again_.measured[index]);
     finisher_->submit(std::move(live));
@@ -87,7 +87,7 @@ ScanJob::Step ScanJob::scan_again() {
     if (auto status = co_await begin_path(entry, left.size()); !status) co_return status;
     progress("section " + std::to_string(section_) + " again, pass " + std::to_string(again_.pass));
     left_over_.reset();
-    auto live = std::make_unique<LiveSection>(setups_[section_], capabilities_.lsb_mm, core::PartFromMachine(), 0);
+    auto live = std::make_unique<LiveSection>(setups_[section_], capabilities_.lsb_mm, machine_.part_from_machine(), 0);
     live->restore(again_.measured[section_]);
     live->measure_again(again_.pass, left.size());
     SampleIntake::Completed completed = [this](std::unique_ptr<LiveSection> section) {

@@ -110,9 +110,22 @@ ScanJob::Step ScanJob::reopen_journal() {
                                  " nm; go on with the machine of that run");
     }
     if (auto status = measure_as_begun(); !status) co_return status;
+    auto frame = [this] { return take_recorded_frame(); };
+    if (auto status = co_await workers_.run(std::move(frame)); !status) co_return status;
     request_.run_id = header.run_id;
     request_.started_utc = header.started_utc;
     co_return core::Status{};
+}
+
+/// The part stands where it was found before the run was cut off.
+core::Status ScanJob::take_recorded_frame() {
+    if (frame_) return {};
+    const auto numbers = journal_->part_frame();
+    if (!numbers) return tl::unexpected(numbers.error());
+    const auto frame = frame_from_numbers(*numbers);
+    if (!frame) return tl::unexpected(frame.error());
+    if (*frame) use_frame(**frame);
+    return {};
 }
 
 ScanJob::Step ScanJob::restore_sections() {
@@ -139,7 +152,7 @@ ScanJob::Step ScanJob::restore_sections() {
             }
             if (done_[section.index]) continue;  // judged before the run was held up
             auto live = std::make_unique<LiveSection>(setups_[section.index], capabilities_.lsb_mm,
-                                                      core::PartFromMachine(), expected);
+                                                      machine_.part_from_machine(), expected);
             live->restore(section.points);
             section_completed(std::move(live));
         } else {
@@ -187,6 +200,10 @@ ScanJob::Step ScanJob::leave_part() {
     const auto now = co_await machine_.state();
     if (!now) co_return tl::unexpected(now.error());
     if (!now->homed || !capabilities_.moves) co_return core::Status{};
+    if (const auto off = off_datum(*where)) {
+        const Eigen::Vector3d target = *where + plan_.approach_mm * *off;
+        co_return co_await machine_.move(target, plan_.approach_speed_mm_s);
+    }
     const auto open = std::find(done_.begin(), done_.end(), false);
     auto index = static_cast<std::size_t>(open - done_.begin());
     if (open == done_.end()) {  // a section may have been under way once more: the one at this height

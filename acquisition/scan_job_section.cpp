@@ -104,7 +104,7 @@ drivers::ScanPath ScanJob::next_path() const {
 }
 
 std::unique_ptr<LiveSection> ScanJob::new_section(std::size_t index) const {
-    auto live = std::make_unique<LiveSection>(setups_[index], capabilities_.lsb_mm, core::PartFromMachine(),
+    auto live = std::make_unique<LiveSection>(setups_[index], capabilities_.lsb_mm, machine_.part_from_machine(),
                                               expected_points(index));
     live->restore(restored_[index]);
     return live;

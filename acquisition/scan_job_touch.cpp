@@ -88,6 +88,7 @@ ScanJob::Step ScanJob::touch_planned(std::uint16_t path, drivers::PathSource& so
 /// Place after place, each after the sample of the one before.
 ScanJob::Step ScanJob::touch_along(std::uint16_t path, drivers::PathSource& source, const Missed& note) {
     SectionTouches sink(*intake_, path);
+    const TouchReach reach{plan_.approach_mm, plan_.search_mm};
     drivers::PathPoint before;
     std::size_t places = 0, missed = 0;
     double proud_mm = 0.0;  // how far the last contact lay outside its place
@@ -103,7 +104,7 @@ ScanJob::Step ScanJob::touch_along(std::uint16_t path, drivers::PathSource& sour
             if (auto moved = co_await machine_.move(point, plan_.approach_speed_mm_s); !moved) co_return moved;
             came_from_ = point;
         }
-        const auto contact = co_await touch(place, sink);
+        const auto contact = co_await touch(place, reach, sink);
         if (auto kept = co_await drivers::until_durable(sink); !kept) co_return kept;
         if (contact) {
             missed = 0;
@@ -122,12 +123,12 @@ ScanJob::Step ScanJob::touch_along(std::uint16_t path, drivers::PathSource& sour
 }
 
 /// From above the place, which came_from_ is. After machine_no_contact the probe is back there.
-boost::asio::awaitable<core::Result<Eigen::Vector3d>> ScanJob::touch(drivers::PathPoint place,
+boost::asio::awaitable<core::Result<Eigen::Vector3d>> ScanJob::touch(drivers::PathPoint place, TouchReach reach,
                                                                      drivers::SampleSink& sink) {
     if (stop_requested_) co_return tl::unexpected(stopped_on_request().error());
     const double speed_mm_s = touch_speed_mm_s(plan_);
-    const auto found = co_await machine_.touch(above(place, -plan_.search_mm), speed_mm_s, plan_.approach_mm, sink);
-    if (found) came_from_ = *found + plan_.approach_mm * place.normal;
+    const auto found = co_await machine_.touch(above(place, -reach.search_mm), speed_mm_s, reach.approach_mm, sink);
+    if (found) came_from_ = *found + reach.approach_mm * place.normal;
     if (found || stop_requested_ || found.error().code != ErrorCode::machine_no_contact) co_return found;
     const auto where = co_await ready();
     if (!where) co_return tl::unexpected(where.error());

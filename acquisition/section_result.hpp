@@ -15,6 +15,7 @@
 #include "core/error.hpp"
 #include "fitting/compensation_method.hpp"
 #include "fitting/section.hpp"
+#include "fitting/six_points.hpp"
 
 namespace cmm::acquisition {
 
@@ -144,8 +145,9 @@ struct PartResult {
     std::string software_version;  ///< "cmmlive 0.1.0"
     double ball_radius_mm = 0.0;
     bool has_nominal = false;
-    std::string decision_rule;  ///< in a sentence
-    bool complete = true;       ///< false: the scan ended early; then the verdict cannot be accept
+    std::optional<fitting::SixPointFrame> part_frame;  ///< where the part stands on the machine, by six points
+    std::string decision_rule;                         ///< in a sentence
+    bool complete = true;  ///< false: the scan ended early; then the verdict cannot be accept
     std::vector<SectionResult> sections;
     std::vector<PartCharacteristic> characteristics;  ///< that need several sections
 

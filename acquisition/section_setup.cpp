@@ -5,6 +5,7 @@
 
 #include "acquisition/evaluation.hpp"
 #include "acquisition/live_section.hpp"
+#include "acquisition/part_frame.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -30,7 +31,7 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
                           "the nominal at z " + core::fixed(z_mm, 3) + " mm: " + analysed.error().text());
     }
     ReferenceContour reference(*contour, analysed->curve(), part.stylus.radius_mm);
-    setup.nominal = SectionNominal{std::move(*analysed), std::move(reference), contour->surface};
+    setup.nominal = SectionNominal{std::move(*analysed), std::move(reference), contour->surface, contour->lean_rad};
     return setup;
 }
 
@@ -59,6 +60,11 @@ SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit>
     evaluation.te_model = setup.fitting.te_model;
     evaluation.rule = setup.gate.rule;
     evaluation.alignment = setup.alignment;
+    SectionAlignment unknown;
+    if (setup.alignment.kind == AlignmentKind::six_points) {
+        if (!setup.frame) unknown = without_frame(setup.alignment);
+        shared = setup.frame ? &*setup.frame : &unknown;
+    }
     const ReferenceContour* nominal = setup.nominal ? &setup.nominal->reference : nullptr;
     section = evaluate_section(std::move(section), std::move(fit), nominal, evaluation,
                                setup.nominal ? &setup.nominal->section : nullptr, shared);

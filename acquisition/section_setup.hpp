@@ -22,6 +22,7 @@ struct SectionNominal {
     fitting::NominalSection section;
     ReferenceContour reference;
     std::shared_ptr<const NominalSurface> surface = {};  ///< where the nominal is one
+    double lean_rad = 0.0;                               ///< of its steepest wall
 };
 
 /// What must be known to judge a section, whoever brings its points: a scan, a run file or a point file.
@@ -34,6 +35,7 @@ struct SectionSetup {
     std::optional<Eigen::Vector2d> le_hint_mm;  ///< without a nominal: what the part file says
     FittingSpec fitting;
     AlignmentSpec alignment;
+    std::optional<SectionAlignment> frame;  ///< by six points (part_frame.hpp)
     GateSpec gate;
 };
 

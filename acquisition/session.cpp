@@ -22,7 +22,8 @@ constexpr std::array table{
     Transition{connecting, In::succeeded, recovering, Do::recover},
     Transition{recovering, In::succeeded, homing, Do::home},
     Transition{homing, In::succeeded, qualifying, Do::qualify},
-    Transition{qualifying, In::succeeded, approaching, Do::approach},
+    Transition{qualifying, In::succeeded, aligning, Do::align},
+    Transition{aligning, In::succeeded, approaching, Do::approach},
     Transition{approaching, In::succeeded, scanning, Do::scan},
     Transition{approaching, In::no_path_left, flushing, Do::flush},
     Transition{scanning, In::succeeded, approaching, Do::approach},
@@ -30,6 +31,7 @@ constexpr std::array table{
     Transition{recovering, In::held, holding, Do::wait},
     Transition{homing, In::held, holding, Do::wait},
     Transition{qualifying, In::held, holding, Do::wait},
+    Transition{aligning, In::held, holding, Do::wait},
     Transition{approaching, In::held, holding, Do::wait},
     Transition{scanning, In::held, holding, Do::wait},
     Transition{flushing, In::held, holding, Do::wait},
@@ -39,6 +41,7 @@ constexpr std::array table{
     Transition{recovering, In::failed, stopping, Do::stop_machine},
     Transition{homing, In::failed, stopping, Do::stop_machine},
     Transition{qualifying, In::failed, stopping, Do::stop_machine},
+    Transition{aligning, In::failed, stopping, Do::stop_machine},
     Transition{approaching, In::failed, stopping, Do::stop_machine},
     Transition{scanning, In::failed, stopping, Do::stop_machine},
     Transition{holding, In::failed, stopping, Do::stop_machine},
@@ -48,6 +51,7 @@ constexpr std::array table{
     Transition{recovering, In::stop_requested, stopping, Do::stop_machine},
     Transition{homing, In::stop_requested, stopping, Do::stop_machine},
     Transition{qualifying, In::stop_requested, stopping, Do::stop_machine},
+    Transition{aligning, In::stop_requested, stopping, Do::stop_machine},
     Transition{approaching, In::stop_requested, stopping, Do::stop_machine},
     Transition{scanning, In::stop_requested, stopping, Do::stop_machine},
     Transition{holding, In::stop_requested, stopping, Do::stop_machine},
@@ -59,8 +63,8 @@ constexpr std::array table{
 };
 
 constexpr std::array<std::string_view, session_state_count> state_names{
-    "idle",     "connecting", "recovering", "homing",  "qualifying", "approaching",
-    "scanning", "stopping",   "flushing",   "holding", "ended"};
+    "idle",        "connecting", "recovering", "homing",   "qualifying", "aligning",
+    "approaching", "scanning",   "stopping",   "flushing", "holding",    "ended"};
 constexpr std::array<std::string_view, session_input_count> input_names{"start", "succeeded", "no_path_left",
                                                                         "held",  "failed",    "stop_requested"};
 
@@ -81,8 +85,8 @@ std::string_view to_string(SessionInput input) noexcept {
 }
 
 bool may_move(SessionState state) noexcept {
-    return state == homing || state == qualifying || state == approaching || state == scanning || state == stopping ||
-           state == holding;
+    return state == homing || state == qualifying || state == aligning || state == approaching || state == scanning ||
+           state == stopping || state == holding;
 }
 
 }  // namespace cmm::acquisition

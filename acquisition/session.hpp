@@ -10,12 +10,12 @@
 ///                     holding: waits at rest for what may pass by itself (held) in the states from recovering on
 ///                        | succeeded
 ///                        v
-///   idle -start-> connecting -> recovering -> homing -> qualifying -> approaching <-> scanning
-///                     |             |           |           |         |  |              |
-///                     +-------------+-----------+-----------+---------+  | no_path_left |
-///                     | failed, stop_requested                           v              |
-///                     +----------------> stopping ------------------> flushing -> ended |
-///                              ^--------------------------------------------------------+
+///   idle -start-> connecting -> recovering -> homing -> qualifying -> aligning -> approaching <-> scanning
+///                     |             |           |           |            |        |  |              |
+///                     +-------------+-----------+-----------+------------+--------+  | no_path_left |
+///                     | failed, stop_requested                                       v              |
+///                     +----------------> stopping ------------------------------> flushing -> ended |
+///                              ^--------------------------------------------------------------------+
 ///
 /// Also the flush may be held (by a full disk) before the run ends. Every active state leads to `stopping` on a
 /// failure: the machine is never left moving, and whatever was measured is flushed to the disk before the run ends.
@@ -27,6 +27,7 @@ enum class SessionState : std::uint8_t {
     recovering,
     homing,
     qualifying,
+    aligning,
     approaching,
     scanning,
     stopping,
@@ -34,7 +35,7 @@ enum class SessionState : std::uint8_t {
     holding,
     ended,
 };
-inline constexpr int session_state_count = 11;
+inline constexpr int session_state_count = 12;
 
 enum class SessionInput : std::uint8_t { start, succeeded, no_path_left, held, failed, stop_requested };
 inline constexpr int session_input_count = 6;
@@ -45,6 +46,7 @@ enum class SessionAction : std::uint8_t {
     recover,       ///< fetch what the controller still holds from an earlier run
     home,          ///< where needed
     qualify,       ///< where needed
+    align,         ///< by datum points, where asked for and not yet done
     approach,      ///< take the next path, go to its start; answers no_path_left when there is none
     scan,          ///< measure it
     wait,          ///< at rest, until what holds the run up has passed

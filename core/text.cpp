@@ -36,6 +36,11 @@ std::string fixed(double value, int digits) {
     return negative_zero ? text.substr(1) : text;
 }
 
+std::string signed_fixed(double value, int digits) {
+    const std::string text = fixed(value, digits);
+    return text.starts_with('-') ? text : "+" + text;
+}
+
 std::string length_text(double mm) {
     return std::abs(mm) >= 0.1 ? fixed(mm, 3) + " mm" : fixed(mm * 1e3, 1) + " um";
 }

@@ -17,6 +17,8 @@ namespace cmm::core {
 std::optional<double> parse_number(std::string_view text) noexcept;
 /// Fixed notation with `digits` decimals, never "-0.000".
 std::string fixed(double value, int digits);
+/// The same with a sign before it, also of what is not negative.
+std::string signed_fixed(double value, int digits);
 /// A length for people: "12.345 mm" from a tenth of a millimetre up, "3.2 um" below. Takes millimetres.
 std::string length_text(double mm);
 

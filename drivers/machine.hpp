@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -55,6 +56,8 @@ struct Capabilities {
     double max_acceleration_mm_s2 = 0.0;
     double watchdog_ms = 0.0;   ///< the controller stops by itself when it hears nothing for so long
     std::string recorded_plan;  ///< hash of the only plan that it answers (a recording); empty: any
+    /// Of a recording: the frame of the part that its points were measured in, as the run file keeps it.
+    std::map<std::string, double> recorded_frame;
 };
 
 /// The controller at one moment, path progress included.

@@ -161,6 +161,20 @@ core::Result<Isometry3d> solve_six_points(const SixPoints& points, const SixCent
     return core::fail(core::ErrorCode::fit_not_evaluable, "no position of the part fits the six touches");
 }
 
+Vector3d SixPointFrame::turn_rad() const {
+    const Eigen::AngleAxisd turn(machine_from_part.linear());
+    return turn.angle() * turn.axis();
+}
+
+std::array<double, 6> SixPointFrame::standard() const {
+    std::array<double, 6> out{};
+    for (std::size_t k = 0; k < out.size(); ++k) {
+        const auto at = static_cast<Eigen::Index>(k);
+        out[k] = std::sqrt(std::max(0.0, covariance(at, at)));
+    }
+    return out;
+}
+
 double SixPointFrame::largest_residual_mm() const {
     double largest = 0.0;
     for (const double residual : residual_mm)

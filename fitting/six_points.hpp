@@ -84,6 +84,12 @@ struct SixPointFrame {
     double touch_standard_mm = 0.0;
     int rounds = 0;
 
+    /// How far the part's point `about_mm` lies from the same numbers on the machine, and the turn about it: axis times
+    /// angle.
+    Eigen::Vector3d shift_mm() const { return machine_from_part * about_mm - about_mm; }
+    Eigen::Vector3d turn_rad() const;
+    /// Standard uncertainties: three of the shift (mm), three of the turn (rad).
+    std::array<double, 6> standard() const;
     double largest_residual_mm() const;
 };
 

@@ -6,6 +6,7 @@
 #include "core/units.hpp"
 #include "sim/geometry_source.hpp"
 #include "sim/offset.hpp"
+#include "sim/placed.hpp"
 #include "sim/surface.hpp"
 
 namespace cmm::sim {
@@ -19,7 +20,17 @@ struct PartNumbers {
     Part part;
     Deviation deviation;
     double thicken_mm = 0.0;
+    Eigen::Vector3d stands_at_mm = Eigen::Vector3d::Zero(), stands_turned_rad = Eigen::Vector3d::Zero();
 };
+
+/// Zero where it is not said.
+Eigen::Vector3d read_three(const ConfigTable& table, const char* key) {
+    const auto values = table.numbers(key);
+    if (!table.has(key)) return Eigen::Vector3d::Zero();
+    if (values.size() == 3) return {values[0], values[1], values[2]};
+    table.complain(key, "must be three numbers [x, y, z]");
+    return Eigen::Vector3d::Zero();
+}
 
 /// What both [nominal] and [actual] say about geometry.
 GeometrySource read_source(const ConfigTable& table, const std::string& kind) {
@@ -58,6 +69,8 @@ void read_actual(const ConfigTable& actual, PartNumbers& numbers) {
     numbers.part.bad_points_share = actual.number("bad_points_percent", 1.0, {0.0, 100.0}) / 100.0;
     numbers.thicken_mm = actual.number("thicken_mm", 0.0, {-10.0, 10.0});
     numbers.deviation.twist_rad = core::rad_from_deg(actual.number("twist_deg", 0.0, {-90.0, 90.0}));
+    numbers.stands_at_mm = read_three(actual, "stands_at_mm");
+    numbers.stands_turned_rad = core::rad_from_deg(1.0) * read_three(actual, "stands_turned_deg");
     const auto shift = actual.numbers("shift_mm");
     if (actual.has("shift_mm") && shift.size() != 2 && shift.size() != 3)
         actual.complain("shift_mm", "must be [x, y] or [x, y, z]");
@@ -116,6 +129,10 @@ Result<Part> load_part(const std::string& part_file) {
     if (!surface) return tl::unexpected(surface.error());
     numbers.part.surface =
         numbers.thicken_mm == 0.0 ? *surface : std::make_shared<OffsetSurface>(*surface, 0.5 * numbers.thicken_mm);
+    if (!numbers.stands_at_mm.isZero(0.0) || !numbers.stands_turned_rad.isZero(0.0)) {
+        numbers.part.surface =
+            std::make_shared<PlacedSurface>(numbers.part.surface, numbers.stands_at_mm, numbers.stands_turned_rad);
+    }
     return std::move(numbers.part);
 }
 
