@@ -70,8 +70,11 @@ class PartMeasures {
         const Eigen::Index axis = spec.kind == Kind::lean_x ? 0 : 1;
         const auto& from = *(*a)->placement;
         const auto& to = *(*b)->placement;
+        // A tilt of the part's frame leans both the same way; twist and bow do not feel it.
+        double tilt_mm = 0.0;
+        if (part_.part_frame) tilt_mm = ((*b)->z_mm - (*a)->z_mm) * part_.part_frame->standard().at(axis == 0 ? 4 : 3);
         return Number{to.shift_mm[axis] - from.shift_mm[axis],
-                      std::sqrt(from.covariance(axis, axis) + to.covariance(axis, axis))};
+                      std::sqrt(from.covariance(axis, axis) + to.covariance(axis, axis) + tilt_mm * tilt_mm)};
     }
 
     core::Result<Number> bow(const CharacteristicSpec& spec, std::size_t section) const {

@@ -53,17 +53,19 @@ std::optional<SixPointSpec> read_six_points(const core::ConfigTable& alignment, 
             if (alignment.has(key)) alignment.complain(key, "needs [[alignment.point]]");
         return std::nullopt;
     }
+    bool all = true;
+    fitting::SixPoints known;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const auto place = read_place(points[i]);
+        if (i >= known.size()) continue;
+        spec.places[i] = place;
+        known[i] = {place.at_mm, place.normal.value_or(Vector3d::Zero())};
+        all = all && place.normal;
+    }
     if (points.size() != fitting::datum_points) {
         alignment.complain("point", "six are needed, one for each way that a part can move; there are " +
                                         std::to_string(points.size()));
         return std::nullopt;
-    }
-    bool all = true;
-    fitting::SixPoints known;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        spec.places[i] = read_place(points[i]);
-        all = all && spec.places[i].normal;
-        known[i] = {spec.places[i].at_mm, spec.places[i].normal.value_or(Vector3d::Zero())};
     }
     if (!all) return spec;
     if (const auto held = fitting::require_hold(known, spec.largest_condition); !held)

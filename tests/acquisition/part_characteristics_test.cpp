@@ -108,6 +108,20 @@ TEST(PartCharacteristics, EndsAndReferencesAreChosen) {
     EXPECT_NEAR(*find_in(part, "to root", 1)->u95, 2.0 * std::sqrt(2e-8), 1e-12);
 }
 
+TEST(PartCharacteristics, ALeanAnswersToTheTiltOfThePartsFrame) {
+    const auto specs = specs_of("[[characteristic]]\nname = \"lean_x\"\n[[characteristic]]\nname = \"lean_y\"\n");
+    auto part = blade({0.0, 0.0});
+    const double rise = part.sections.back().z_mm - part.sections.front().z_mm;
+    add_part_characteristics(specs, {}, part);
+    const double own_x = *find_in(part, "lean_x")->u95, own_y = *find_in(part, "lean_y")->u95;
+    part.part_frame.emplace();
+    part.part_frame->covariance(4, 4) = 9e-8;
+    part.part_frame->covariance(3, 3) = 4e-8;
+    add_part_characteristics(specs, {}, part);
+    EXPECT_NEAR(*find_in(part, "lean_x")->u95, std::hypot(own_x, 2.0 * 3e-4 * rise), 1e-12);
+    EXPECT_NEAR(*find_in(part, "lean_y")->u95, std::hypot(own_y, 2.0 * 2e-4 * rise), 1e-12);
+}
+
 TEST(PartCharacteristics, TheGeneratrixIsABandAboutItsLine) {
     const auto specs = specs_of("[[characteristic]]\nname = \"generatrix\"\nshare = 0.5\ntolerance_mm = 0.05\n");
     EXPECT_EQ(specs.at(0).label, "generatrix_suction_0.5");

@@ -78,7 +78,7 @@ TEST_F(RecordedMachineTest, ComesBackToTheLastBitAndAnswersItsPlanOnly) {
 }
 
 TEST_F(RecordedMachineTest, AFileOfVersion1IsReadButCannotBePlayed) {
-    sql("DROP TABLE capability; ALTER TABLE path DROP COLUMN pass; PRAGMA user_version = 1");
+    sql("DROP TABLE capability; DROP TABLE part_frame; ALTER TABLE path DROP COLUMN pass; PRAGMA user_version = 1");
     const auto recording = Recording::load(file);
     ASSERT_TRUE(recording) << recording.error().text();
     EXPECT_EQ(recording->size(), 1U);

@@ -43,10 +43,9 @@ TEST(Session, IsTotal) {
 
 TEST(Session, TheGoodCourse) {
     const std::vector<std::pair<I, A>> course{
-        {I::start, A::connect},      {I::succeeded, A::recover},  {I::succeeded, A::home},
-        {I::succeeded, A::qualify},  {I::succeeded, A::approach}, {I::succeeded, A::scan},
-        {I::succeeded, A::approach}, {I::succeeded, A::scan},     {I::succeeded, A::approach},
-        {I::no_path_left, A::flush}, {I::succeeded, A::report}};
+        {I::start, A::connect},   {I::succeeded, A::recover},  {I::succeeded, A::home},     {I::succeeded, A::qualify},
+        {I::succeeded, A::align}, {I::succeeded, A::approach}, {I::succeeded, A::scan},     {I::succeeded, A::approach},
+        {I::succeeded, A::scan},  {I::succeeded, A::approach}, {I::no_path_left, A::flush}, {I::succeeded, A::report}};
     S state = S::idle;
     for (const auto& [input, action] : course) {
         const auto result = step(state, input);

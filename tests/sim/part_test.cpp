@@ -176,5 +176,26 @@ TEST_F(PartFile, SectionsByPatternAndMeshWithAHole) {
     EXPECT_NE(open->remarks[0].find("not watertight (3 boundary edges"), std::string::npos);
 }
 
+TEST_F(PartFile, APartMayStandAskew) {
+    const auto straight = load(parametric);
+    const auto placed = load(parametric + "[actual]\nstands_at_mm = [1.5, -2, 0.5]\nstands_turned_deg = [0, 0, 90]\n");
+    ASSERT_TRUE(placed) << placed.error().message;
+    std::size_t warm = 0, other = 0;
+    for (const Eigen::Vector3d& p : {Eigen::Vector3d(3, 8, 20), Eigen::Vector3d(-25, 1, 30)}) {
+        const Contact expected = straight->surface->nearest(p, warm);
+        // A quarter turn about z takes x to y and y to -x.
+        const auto turned = [](const Eigen::Vector3d& v) { return Eigen::Vector3d(-v.y(), v.x(), v.z()); };
+        const Eigen::Vector3d shift(1.5, -2, 0.5);
+        const Contact found = placed->surface->nearest(turned(p) + shift, other);
+        EXPECT_NEAR(found.distance_mm, expected.distance_mm, 1e-9);
+        EXPECT_NEAR((found.point - turned(expected.point) - shift).norm(), 0.0, 1e-9);
+        EXPECT_NEAR((found.normal - turned(expected.normal)).norm(), 0.0, 1e-9);
+    }
+    const Box from = straight->surface->box(), to = placed->surface->box();
+    EXPECT_NEAR(to.low.x(), -from.high.y() + 1.5, 1e-9);
+    EXPECT_NEAR(to.high.y(), from.high.x() - 2.0, 1e-9);
+    EXPECT_TRUE(message(parametric + "[actual]\nstands_at_mm = [1, 2]\n").find("three numbers") != std::string::npos);
+}
+
 }  // namespace
 }  // namespace cmm::sim
