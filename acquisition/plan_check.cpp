@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "acquisition/datum_touches.hpp"
 #include "acquisition/section_setup.hpp"
 #include "acquisition/touch_way.hpp"
 #include "core/text.hpp"
@@ -45,6 +46,12 @@ class PlanCheck {
 
     /// The six datum points, where the part is expected: within the travel, with a free way there and room above.
     void datums(const drivers::Capabilities* machine) {
+        if (!plan_.datum_touches.empty()) {
+            const auto hold = fitting::hold_of(points_touched(plan_.datum_touches, part_.stylus.radius_mm));
+            add(Severity::note, "six datum points, touched before the first section; condition number " +
+                                    core::fixed(hold.condition, 1) + ", lengths in units of " +
+                                    core::fixed(hold.length_mm, 1) + " mm");
+        }
         for (std::size_t i = 0; i < plan_.datum_touches.size(); ++i) {
             const std::string where = "datum point " + std::to_string(i + 1) + ": ";
             const auto& touch = plan_.datum_touches[i];

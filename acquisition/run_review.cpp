@@ -63,12 +63,13 @@ double RunReview::height_mm(std::size_t index) const {
 core::Result<const SectionSetup*> RunReview::setup(std::size_t index) {
     const auto known = setups_.find(index);
     // Asked for while the datum points of a running measurement are still being touched, it knows no frame yet.
-    const bool without_frame = known != setups_.end() && part_.alignment.six_points && !known->second.frame;
-    if (known != setups_.end() && !without_frame) return &known->second;
-    auto made = make_section_setup(part_, nominal_.get(), index, height_mm(index));
-    if (!made) return tl::unexpected(made.error());
+    const bool waits = known != setups_.end() && part_.alignment.six_points && !known->second.frame;
+    if (known != setups_.end() && !waits) return &known->second;
     const auto frame = part_frame();
     if (!frame) return tl::unexpected(frame.error());
+    if (waits && !*frame) return &known->second;
+    auto made = make_section_setup(part_, nominal_.get(), index, height_mm(index));
+    if (!made) return tl::unexpected(made.error());
     if (*frame) take_frame(*made, **frame);
     return &setups_.insert_or_assign(index, std::move(*made)).first->second;
 }

@@ -194,6 +194,18 @@ TEST_F(AlignTest, AMissingDatumStopsTheRunBackAboveIt) {
     EXPECT_TRUE(Journal::read(file).value()->part_frame()->empty());
 }
 
+TEST_F(AlignTest, AnOpenDoorIsWaitedForAndTheTouchesBeginAnew) {
+    machine.fail_at = "touch";
+    machine.fail_number = 4;
+    machine.fail_code = ErrorCode::machine_door;
+    machine.fail_motion = core::Motion::stopped;
+    const auto ran = run();
+    ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+    EXPECT_NE(ran.find(EventKind::hold), nullptr);
+    EXPECT_GE(machine.count("touch"), 4U + 12U);
+    EXPECT_LT(largest_deviation(ran.outcome.result), as_planned_mm);
+}
+
 TEST_F(AlignTest, WhatDoesNotSettleEndsTheRun) {
     wobble_mm = 0.05;
     const auto ran = run();

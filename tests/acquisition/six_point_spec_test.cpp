@@ -145,7 +145,11 @@ TEST(SixPointSpec, IsPartOfThePlan) {
     drivers::Capabilities machine;
     machine.limit_min_mm = {-200, -200, -50};
     machine.limit_max_mm = {200, 200, 300};
-    EXPECT_TRUE(require_sound(check_plan(job.plan, job.part, job.nominal.get(), &machine)));
+    const auto findings = check_plan(job.plan, job.part, job.nominal.get(), &machine);
+    EXPECT_TRUE(require_sound(findings));
+    EXPECT_TRUE(std::any_of(findings.begin(), findings.end(), [](const Finding& finding) {
+        return finding.severity == Severity::note && holds(finding.text, "six datum points");
+    }));
     machine.limit_max_mm.z() = 63.5;  // the ball begins at 64 above the tip
     const auto low = require_sound(check_plan(job.plan, job.part, job.nominal.get(), &machine));
     ASSERT_FALSE(low);
