@@ -58,21 +58,22 @@ core::Status SurfaceCompensation::add(std::span<const Vec2> centres, double z_mm
 
 core::Status SurfaceCompensation::add(SmoothCurve centres, double z_mm, const std::optional<Vec2>& le_hint,
                                       const std::optional<Vec2>& te_hint) {
-    const bool first = rows_.empty();
-    auto row = SurfaceRow::make(std::move(centres), z_mm, ball_radius_, first ? le_hint : rows_.back().le(),
-                                first ? te_hint : rows_.back().te());
+    const bool first = own_.empty();
+    auto row = SurfaceRow::make(std::move(centres), z_mm, ball_radius_, first ? le_hint : own_.back().le(),
+                                first ? te_hint : own_.back().te());
     if (!row) return tl::unexpected(row.error());
-    rows_.push_back(std::move(*row));
-    if (auto status = check_rows(rows_); !status) {
-        rows_.pop_back();
+    own_.push_back(std::move(*row));
+    if (auto status = check_rows(own_); !status) {
+        own_.pop_back();
         return status;
     }
     fit_.reset();
-    if (newest_ > 0 && rows_.size() > newest_) rows_.erase(rows_.begin());
+    if (newest_ > 0 && own_.size() > newest_) own_.erase(own_.begin());
     return {};
 }
 
 core::Status SurfaceCompensation::fit() {
+    rows_ = settle_joints(own_);
     SurfaceFitOptions options;
     options.beyond_mm = ball_radius_;
     auto fit = fit_surface(rows_, options);

@@ -54,6 +54,7 @@ class SurfaceCompensation {
     /// length, the others by turning. Errors: fit_not_evaluable (no surface: see `fit`; a height beyond the sections).
     core::Result<ContactContour> contour(double z_mm, std::size_t count = 2400) const;
 
+    /// As the surface has them: with common joints (settle_joints); none before the first `fit`.
     std::span<const SurfaceRow> rows() const { return rows_; }
     /// None until `fit`, and again from the next section on.
     const std::optional<SurfaceFit>& centres() const { return fit_; }
@@ -61,7 +62,7 @@ class SurfaceCompensation {
   private:
     double ball_radius_ = 0.0;
     std::size_t newest_ = 0;
-    std::vector<SurfaceRow> rows_;
+    std::vector<SurfaceRow> own_, rows_;  // as they came, and for the surface
     std::optional<SurfaceFit> fit_;
 };
 

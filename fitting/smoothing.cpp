@@ -171,6 +171,30 @@ class Smoothing {
     std::vector<CurvatureStep> joints_;
 };
 
+/// `order`: which input point is which of the system's; `origin`: of its coordinates.
+SmoothCurve finished(SmoothingSystem& system, std::vector<CurvatureStep> joints, std::span<const std::size_t> order,
+                     const Vec2& origin) {
+    const std::size_t n = order.size();
+    SmoothCurve out;
+    out.parameter.resize(n);
+    out.residual.resize(n);
+    out.leverage.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        out.parameter[order[i]] = system.parameters()[i];
+        out.residual[order[i]] = system.residuals()[i];
+        out.leverage[order[i]] = system.leverage(i);
+    }
+    out.sigma_mm = system.sigma_mm();
+    out.freedom = system.freedom();
+    out.joints = std::move(joints);
+    auto pieces = system.curve().pieces();
+    for (auto& piece : pieces)
+        piece[0] += origin;
+    out.curve = PiecewiseCubic(system.breaks(), std::move(pieces), true);
+    out.noise = std::move(system).noise(roughness_doubt);
+    return out;
+}
+
 }  // namespace
 
 core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points) {
@@ -198,26 +222,28 @@ core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points) {
 
     Smoothing smoothing(std::move(in_order), std::move(t), chords, points, sigma_mm);
     if (auto status = smoothing.run(); !status) return tl::unexpected(status.error());
-    SmoothingSystem& system = smoothing.system();
+    return finished(smoothing.system(), std::move(smoothing.joints()), order, origin);
+}
 
-    SmoothCurve out;
-    out.parameter.resize(n);
-    out.residual.resize(n);
-    out.leverage.resize(n);
+core::Result<SmoothCurve> smooth_with_joints(const SmoothCurve& smooth, std::span<const KnownJoint> joints) {
+    const std::size_t n = smooth.parameter.size();
+    std::vector<std::size_t> order(n);
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](std::size_t a, std::size_t b) { return smooth.parameter[a] < smooth.parameter[b]; });
+    const Vec2 start = smooth.curve.jet(smooth.curve.breaks().front()).position;
+    const Vec2 origin(std::round(start.x()), std::round(start.y()));
+    std::vector<Vec2> points(n);
+    std::vector<double> t(n);
     for (std::size_t i = 0; i < n; ++i) {
-        out.parameter[order[i]] = system.parameters()[i];
-        out.residual[order[i]] = system.residuals()[i];
-        out.leverage[order[i]] = system.leverage(i);
+        t[i] = smooth.parameter[order[i]];
+        const Jet jet = smooth.curve.jet(t[i]);
+        points[i] = jet.position - origin + smooth.residual[order[i]] * jet.right_normal();
     }
-    out.sigma_mm = system.sigma_mm();
-    out.freedom = system.freedom();
-    out.joints = std::move(smoothing.joints());
-    auto pieces = system.curve().pieces();
-    for (auto& piece : pieces)
-        piece[0] += origin;
-    out.curve = PiecewiseCubic(system.breaks(), std::move(pieces), true);
-    out.noise = std::move(system).noise(roughness_doubt);
-    return out;
+    SmoothingSystem system(std::move(points), smooth.sigma_mm);
+    auto steps = fit_with_joints(system, breaks_without_joints(smooth), t, joints, tunings);
+    if (!steps) return tl::unexpected(steps.error());
+    return finished(system, std::move(*steps), order, origin);
 }
 
 }  // namespace cmm::fitting

@@ -67,4 +67,15 @@ struct SmoothCurve {
 /// 12 points, singular).
 core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points);
 
+/// A joint that is known from elsewhere, as from the sections beside.
+struct KnownJoint {
+    double t = 0.0;         ///< on the curve that it is told to
+    double step = 0.0;      ///< of the curvature, 1/mm, roughly
+    double sigma_mm = 0.0;  ///< standard deviation of its place
+};
+
+/// The points of a curve smoothed anew, with the curvature free to jump at these places (in order) and nowhere else.
+/// O(n). Errors: fit_not_evaluable (singular).
+core::Result<SmoothCurve> smooth_with_joints(const SmoothCurve& smooth, std::span<const KnownJoint> joints);
+
 }  // namespace cmm::fitting

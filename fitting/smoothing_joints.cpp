@@ -11,8 +11,9 @@ namespace cmm::fitting {
 namespace {
 
 constexpr int joint_tunings = 3, last_tunings = 2;
-constexpr int most_shifts = 4;       // of the joints
-constexpr double knot_share = 0.02;  // of a span: how near the knots of a joint are
+constexpr int most_shifts = 4;  // of the joints
+constexpr std::size_t knots_of_joint = 3;
+constexpr double knot_share = 0.02;  // of a span: how near they are
 constexpr double place_grid_mm = 1e-3;
 constexpr double least_joint_speed = 0.3, most_joint_turn_rad = 0.2;
 constexpr double most_curve_variance = 16.0;   // at a joint, over that of a point
@@ -20,6 +21,7 @@ constexpr double most_control_variance = 4.0;  // over the largest of the curve 
 constexpr double told_square = 8.0;            // of a step that no ramp shows, over its variance
 constexpr double lasting_step_share = 0.2;     // of the ramp's
 constexpr double far_shift_sigmas = 2.0;       // of a joint's shift: the step of the curvature times its square
+constexpr double most_known_shift = 2.0;       // of a known joint, over what its place is known to
 
 /// A joint's place is known to some hundredths of a millimetre: what rounding does to it must not move the curve.
 double on_grid(double t) {
@@ -31,6 +33,43 @@ double largest_variance_mm2(const SmoothingSystem& system) {
     for (std::size_t k = 0; k < system.spans(); ++k)
         largest = std::max(largest, system.control_variance(k));
     return system.sigma_mm() * system.sigma_mm() * largest;
+}
+
+/// The curvature may jump by any step between the first and the last knot; a joint elsewhere by d turns the tangent by
+/// step d: the change of slope at the middle knot is 2 step d / apart^2.
+void free_joint(Roughness& roughness, const KnotCluster& knots, double step, double elsewhere_mm) {
+    const auto& [first, apart] = knots;
+    const double turn = 2.0 * step * elsewhere_mm / (apart * apart * std::sqrt(apart));
+    roughness.hold(first - 1, std::numeric_limits<double>::infinity());
+    roughness.hold(first, turn * turn);
+    roughness.hold(first + 1, std::numeric_limits<double>::infinity());
+}
+
+/// What the curve says of a joint whose knots are `apart`.
+struct SeenJoint {
+    double step = 0.0;   // of the curvature
+    double shift = 0.0;  // from there to where the tangents of both sides agree
+};
+SeenJoint seen_at(const PiecewiseCubic& curve, double t, double apart) {
+    const double before = curve.jet(t - apart).curvature(), behind = curve.jet(t + apart).curvature();
+    const double turn = apart * (curve.jet(t).curvature() - 0.5 * (before + behind));
+    return {behind - before, -turn / (behind - before)};
+}
+
+/// The breaks but for those of the joints.
+std::vector<double> breaks_without(const std::vector<double>& breaks, std::span<const KnotCluster> joints) {
+    std::vector<double> plain;
+    std::size_t next = 0;
+    const auto copy_to = [&](std::size_t end) {
+        plain.insert(plain.end(), breaks.begin() + static_cast<std::ptrdiff_t>(next),
+                     breaks.begin() + static_cast<std::ptrdiff_t>(end));
+    };
+    for (const KnotCluster& joint : joints) {
+        copy_to(joint.first);
+        next = joint.first + knots_of_joint;
+    }
+    copy_to(breaks.size());
+    return plain;
 }
 
 /// One try with given joints.
@@ -53,7 +92,7 @@ class Placement {
             if (!shift_all()) return false;
         }
         system_.measure();
-        return are_told();
+        return are_known();
     }
 
     const std::vector<CurvatureJoint>& joints() const { return joints_; }
@@ -64,17 +103,10 @@ class Placement {
         std::vector<double> places;
         for (const CurvatureJoint& joint : joints_)
             places.push_back(joint.t);
-        if (!system_.change_breaks(breaks_with_joints(plain, places, 3, knot_share, knots_), ramps)) return false;
-        for (std::size_t j = 0; j < joints_.size(); ++j) {
-            const CurvatureJoint& joint = joints_[j];
-            const auto& [first, apart] = knots_[j];
-            // A joint elsewhere by d turns the tangent by step d: the change of slope at the middle knot is
-            // 2 step d / apart^2.
-            const double turn = 2.0 * joint.step * 0.5 * joint.width_mm / (apart * apart * std::sqrt(apart));
-            system_.roughness().hold(first - 1, std::numeric_limits<double>::infinity());
-            system_.roughness().hold(first, turn * turn);
-            system_.roughness().hold(first + 1, std::numeric_limits<double>::infinity());
-        }
+        if (!system_.change_breaks(breaks_with_joints(plain, places, knots_of_joint, knot_share, knots_), ramps))
+            return false;
+        for (std::size_t j = 0; j < joints_.size(); ++j)
+            free_joint(system_.roughness(), knots_[j], joints_[j].step, 0.5 * joints_[j].width_mm);
         return true;
     }
 
@@ -84,13 +116,13 @@ class Placement {
 
     bool stand() {
         for (std::size_t j = 0; j < joints_.size(); ++j)
-            if (turns_back(j) || !lasts(j)) refuted_[j] = 1;
+            if (turns_back(j) || !lasts(j) || (joints_[j].supposed && !is_told(j))) refuted_[j] = 1;
         return none_refuted();
     }
 
-    bool are_told() {
+    bool are_known() {
         for (std::size_t j = 0; j < joints_.size(); ++j)
-            if (!is_known(j) || (joints_[j].supposed && !is_told(j))) refuted_[j] = 1;
+            if (!is_known(j)) refuted_[j] = 1;
         refute_where_uncertain();
         return none_refuted();
     }
@@ -147,26 +179,17 @@ class Placement {
 
     /// Each joint goes to where the tangents of both sides agree.
     bool shift_all() {
-        std::vector<double> plain;
-        std::size_t next = 0;
+        const std::vector<double> plain = breaks_without(system_.breaks(), knots_);
         strayed_ = false;
-        const std::vector<double>& breaks = system_.breaks();
         for (std::size_t j = 0; j < joints_.size(); ++j) {
             CurvatureJoint& joint = joints_[j];
-            const auto& [first, apart] = knots_[j];
-            plain.insert(plain.end(), breaks.begin() + static_cast<std::ptrdiff_t>(next),
-                         breaks.begin() + static_cast<std::ptrdiff_t>(first));
-            next = first + 3;
-            const double before = system_.curve().jet(joint.t - apart).curvature();
-            const double behind = system_.curve().jet(joint.t + apart).curvature();
-            const double turn = apart * (system_.curve().jet(joint.t).curvature() - 0.5 * (before + behind));
+            const SeenJoint seen = seen_at(system_.curve(), joint.t, knots_[j].apart);
             const double most = 0.5 * joint.width_mm, last = joint.t;
-            joint.step = behind - before;
-            joint.t = on_grid(std::clamp(last - std::clamp(turn / joint.step, -most, most), joint.from_t, joint.to_t));
+            joint.step = seen.step;
+            joint.t = on_grid(std::clamp(last + std::clamp(seen.shift, -most, most), joint.from_t, joint.to_t));
             const double shift = joint.t - last;
             if (std::abs(joint.step) * shift * shift > far_shift_sigmas * system_.sigma_mm()) strayed_ = true;
         }
-        plain.insert(plain.end(), breaks.begin() + static_cast<std::ptrdiff_t>(next), breaks.end());
         return open(plain, {});
     }
 
@@ -207,6 +230,50 @@ core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system) {
     if (auto status = system.refine(last_tunings); !status) return tl::unexpected(status.error());
     system.measure();
     return std::vector<CurvatureStep>{};
+}
+
+core::Result<std::vector<CurvatureStep>> fit_with_joints(SmoothingSystem& system, std::span<const double> breaks,
+                                                         std::span<const double> t, std::span<const KnownJoint> joints,
+                                                         int tunings) {
+    std::vector<CurvatureStep> steps;
+    std::vector<KnotCluster> knots;
+    const auto with_knots = [&](std::span<const double> plain) {
+        std::vector<double> places;
+        for (const CurvatureStep& step : steps)
+            places.push_back(step.t);
+        return breaks_with_joints(plain, places, knots_of_joint, knot_share, knots);
+    };
+    const auto refine = [&](int count) {
+        for (std::size_t j = 0; j < joints.size(); ++j)
+            free_joint(system.roughness(), knots[j], steps[j].step, joints[j].sigma_mm);
+        return system.refine(count);
+    };
+    for (const KnownJoint& joint : joints)
+        steps.push_back({on_grid(joint.t), joint.step});
+    if (auto status = system.start(with_knots(breaks), t); !status) return tl::unexpected(status.error());
+    if (auto status = refine(tunings); !status) return tl::unexpected(status.error());
+    const std::vector<double> plain = breaks_without(system.breaks(), knots);
+    for (std::size_t j = 0; j < joints.size(); ++j) {
+        const SeenJoint seen = seen_at(system.curve(), steps[j].t, knots[j].apart);
+        const double most = most_known_shift * joints[j].sigma_mm;
+        steps[j] = {on_grid(joints[j].t + std::clamp(steps[j].t + seen.shift - joints[j].t, -most, most)), seen.step};
+    }
+    if (auto status = system.change_breaks(with_knots(plain), {}); !status) return tl::unexpected(status.error());
+    if (auto status = refine(joint_tunings); !status) return tl::unexpected(status.error());
+    system.measure();
+    return steps;
+}
+
+std::vector<double> breaks_without_joints(const SmoothCurve& smooth) {
+    std::vector<double> plain = smooth.curve.breaks();
+    for (const CurvatureStep& joint : smooth.joints) {
+        const auto above = std::upper_bound(plain.begin() + 1, plain.end() - 1, joint.t);
+        const auto middle = joint.t - above[-1] < *above - joint.t ? above - 1 : above;
+        if (middle - plain.begin() < 2 || plain.end() - middle < 3) continue;
+        plain.erase(middle + 1);
+        plain.erase(middle - 1);
+    }
+    return plain;
 }
 
 }  // namespace cmm::fitting

@@ -16,10 +16,16 @@ namespace {
 constexpr std::size_t searched_row_points = 1600;
 constexpr double joint_reach = 2.0;  // from an edge's end, of the end's distance from the nose
 constexpr double joint_share = 0.6;  // of the rows that know a joint
+/// However well the others foretell a joint, it may lie off them by so much.
+constexpr double least_joint_sigma_mm = 0.01;
+
+struct Smoothed {
+    std::vector<double> value, sigma;  ///< at each z_k
+};
 
 /// The polynomial of least squares of degree up to 3 through what is known at the z_k; those farther from it than six
 /// times the median are left out.
-std::vector<double> smoothed_over(std::span<const double> z, std::span<const std::optional<double>> known) {
+Smoothed smoothed_over(std::span<const double> z, std::span<const std::optional<double>> known) {
     const std::size_t n = z.size();
     std::vector<char> use(n);
     std::size_t used = 0;
@@ -34,7 +40,7 @@ std::vector<double> smoothed_over(std::span<const double> z, std::span<const std
             p[k] = p[k - 1] * (at - middle) / half;
         return p;
     };
-    std::vector<double> values(n);
+    Smoothed out{std::vector<double>(n), std::vector<double>(n)};
     for (int round = 0; round < 2; ++round) {
         SmallMatrix normal = SmallMatrix::Zero(terms, terms);
         SmallVector rhs = SmallVector::Zero(terms);
@@ -46,15 +52,23 @@ std::vector<double> smoothed_over(std::span<const double> z, std::span<const std
         }
         const SmallVector solution = solve_small(normal, rhs);
         std::vector<double> off;
+        double squares = 0.0;
         for (std::size_t k = 0; k < n; ++k) {
-            values[k] = solution.dot(powers(z[k]));
-            if (use[k] != 0) off.push_back(std::abs(*known[k] - values[k]));
+            out.value[k] = solution.dot(powers(z[k]));
+            if (use[k] == 0) continue;
+            off.push_back(std::abs(*known[k] - out.value[k]));
+            squares += off.back() * off.back();
+        }
+        const double free = std::max(static_cast<double>(off.size()) - terms, 1.0);
+        for (std::size_t k = 0; k < n; ++k) {
+            const SmallVector p = powers(z[k]);
+            out.sigma[k] = std::sqrt(squares / free * p.dot(solve_small(normal, p)));
         }
         const double far = 6.0 * nth_smallest(off, off.size() / 2);
         for (std::size_t k = 0; k < n; ++k)
-            if (use[k] != 0 && std::abs(*known[k] - values[k]) > far) use[k] = 0;
+            if (use[k] != 0 && std::abs(*known[k] - out.value[k]) > far) use[k] = 0;
     }
-    return values;
+    return out;
 }
 
 }  // namespace
@@ -91,7 +105,6 @@ void SurfaceRow::find_joints() {
         const double d = std::abs(a - b);
         return std::min(d, total - d);
     };
-    std::array<double, feature_count> largest{};
     for (const CurvatureStep& joint : smooth_.joints) {
         double t = joint.t;
         const std::size_t span = smooth_.curve.span_of(t);
@@ -101,16 +114,33 @@ void SurfaceRow::find_joints() {
             if (!nearest || distance(features_[j], s) < distance(features_[*nearest], s)) nearest = j;
         const std::size_t nose = *nearest == te_begin || *nearest == te_end ? te_nose : le_nose;
         const double reach = joint_reach * distance(features_[*nearest], features_[nose]);
-        if (distance(features_[*nearest], s) > reach || std::abs(joint.step) < largest[*nearest]) continue;
-        largest[*nearest] = std::abs(joint.step);
-        joints_[*nearest] = s;
+        auto& known = joints_[*nearest];
+        if (distance(features_[*nearest], s) > reach || (known && std::abs(joint.step) < std::abs(known->step)))
+            continue;
+        known = RowJoint{s, joint.step};
     }
 }
 
-Vec2 SurfaceRow::at(double s_mm) const {
+core::Result<SurfaceRow> SurfaceRow::with_joints(std::span<const KnownJoint> joints) const {
+    auto smooth = smooth_with_joints(smooth_, joints);
+    if (!smooth) return tl::unexpected(smooth.error());
+    SurfaceRow row = *this;
+    row.smooth_ = std::move(*smooth);
+    row.arc_ = ArcLength(row.smooth_.curve);
+    return row;
+}
+
+CurvePlace SurfaceRow::place_at(double s_mm) const {
     const double total = arc_.total();
-    const double s = std::clamp(s_mm - std::floor(s_mm / total) * total, 0.0, total);
-    const CurvePlace place = arc_.place(smooth_.curve, s);
+    return arc_.place(smooth_.curve, std::clamp(s_mm - std::floor(s_mm / total) * total, 0.0, total));
+}
+
+double SurfaceRow::parameter(double s_mm) const {
+    return place_at(s_mm).t;
+}
+
+Vec2 SurfaceRow::at(double s_mm) const {
+    const CurvePlace place = place_at(s_mm);
     return smooth_.curve.jet_in(place.span, place.t).position;
 }
 
@@ -145,11 +175,12 @@ RowAlignment::RowAlignment(std::span<const SurfaceRow> rows) {
             if (!at_joint[end])
                 apart[k] = ahead[end][k] - origin(k);
             else if (joint)
-                apart[k] = from_nose(k, *joint) - origin(k);
+                apart[k] = from_nose(k, joint->s_mm) - origin(k);
         }
         const auto smooth = smoothed_over(z, apart);
         for (std::size_t k = 0; k < n; ++k)
-            ahead[end][k] = origin(k) + smooth[k];
+            ahead[end][k] = origin(k) + smooth.value[k];
+        if (at_joint[end]) joint_sigma_mm_[end] = smooth.sigma;
     }
     for (std::size_t k = 0; k < n; ++k)
         period_ += rows[k].length_mm() / static_cast<double>(n);
@@ -177,6 +208,14 @@ RowAlignment::RowAlignment(std::span<const SurfaceRow> rows) {
     }
 }
 
+std::vector<RowAlignment::CommonJoint> RowAlignment::joints_on(std::size_t row) const {
+    std::vector<CommonJoint> joints;
+    for (std::size_t j = 0; j < count; ++j)
+        if (!joint_sigma_mm_[j].empty())
+            joints.push_back({static_cast<SurfaceRow::Feature>(j), maps_[row].s[j], joint_sigma_mm_[j][row]});
+    return joints;
+}
+
 double RowAlignment::arc_length(std::size_t row, double u) const {
     const Map& map = maps_[row];
     const auto above = std::upper_bound(u_.begin() + 1, u_.end() - 1, u);
@@ -184,6 +223,34 @@ double RowAlignment::arc_length(std::size_t row, double u) const {
     const double h = u_[j + 1] - u_[j], w = (u - u_[j]) / h;
     const double a = map.s[j], b = map.s[j + 1], p = h * map.slope[j], q = h * map.slope[j + 1];
     return a + w * (p + w * (3.0 * (b - a) - 2.0 * p - q + w * (2.0 * (a - b) + p + q)));
+}
+
+std::vector<SurfaceRow> settle_joints(std::span<const SurfaceRow> rows) {
+    if (rows.size() < 2) return {rows.begin(), rows.end()};
+    const RowAlignment alignment(rows);
+    std::array<double, SurfaceRow::feature_count> usual{};  // step
+    for (const auto& joint : alignment.joints_on(0)) {
+        std::vector<double> steps;
+        for (const SurfaceRow& row : rows)
+            if (const auto& own = row.joints()[joint.end]) steps.push_back(own->step);
+        usual[joint.end] = nth_smallest(steps, steps.size() / 2);
+    }
+    std::vector<SurfaceRow> settled;
+    settled.reserve(rows.size());
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+        std::vector<KnownJoint> joints;
+        for (const auto& joint : alignment.joints_on(k))
+            joints.push_back(
+                {rows[k].parameter(joint.s_mm), usual[joint.end], std::max(joint.sigma_mm, least_joint_sigma_mm)});
+        std::sort(joints.begin(), joints.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
+        if (!joints.empty())
+            if (auto row = rows[k].with_joints(joints)) {
+                settled.push_back(std::move(*row));
+                continue;
+            }
+        settled.push_back(rows[k]);
+    }
+    return settled;
 }
 
 }  // namespace cmm::fitting

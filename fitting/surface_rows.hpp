@@ -13,6 +13,12 @@
 
 namespace cmm::fitting {
 
+/// A joint of the curvature on a row.
+struct RowJoint {
+    double s_mm = 0.0;  ///< arc length
+    double step = 0.0;  ///< of the curvature, 1/mm
+};
+
 /// A closed row of a surface: the smooth curve through its points in the plane z = const, and what of it corresponds to
 /// the other rows. Arc lengths in mm from the start of the curve.
 class SurfaceRow {
@@ -32,20 +38,24 @@ class SurfaceRow {
     const SmoothCurve& smooth() const { return smooth_; }
     const std::array<double, feature_count>& features() const { return features_; }
     /// Where the curvature jumps beside that end of an edge; none at noses.
-    const std::array<std::optional<double>, feature_count>& joints() const { return joints_; }
+    const std::array<std::optional<RowJoint>, feature_count>& joints() const { return joints_; }
     const Vec2& le() const { return le_; }
     const Vec2& te() const { return te_; }
-    /// The point at an arc length, any turn.
+    /// The point at an arc length, any turn; its parameter on the curve.
     Vec2 at(double s_mm) const;
+    double parameter(double s_mm) const;
+    /// The same points smoothed anew with these joints (smooth_with_joints); edges and noses are where they were.
+    core::Result<SurfaceRow> with_joints(std::span<const KnownJoint> joints) const;
 
   private:
     double z_mm_ = 0.0;
     SmoothCurve smooth_;
     ArcLength arc_;
     void find_joints();
+    CurvePlace place_at(double s_mm) const;
 
     std::array<double, feature_count> features_{};
-    std::array<std::optional<double>, feature_count> joints_;
+    std::array<std::optional<RowJoint>, feature_count> joints_;
     Vec2 le_, te_;
 };
 
@@ -60,6 +70,12 @@ class RowAlignment {
     double period() const { return period_; }
     /// Ends of edges that are joints of the curvature, ascending.
     const std::vector<double>& joints() const { return joints_; }
+    /// Where the rows together have the joints of one of them: its arc length, and the standard deviation of that.
+    struct CommonJoint {
+        SurfaceRow::Feature end;
+        double s_mm, sigma_mm;
+    };
+    std::vector<CommonJoint> joints_on(std::size_t row) const;
     /// Arc length on a row at u: monotone cubic through the features (Fritsch and Carlson 1980).
     double arc_length(std::size_t row, double u) const;
 
@@ -69,9 +85,15 @@ class RowAlignment {
         std::array<double, count + 1> s, slope;
     };
     std::vector<double> joints_;
+    std::array<std::vector<double>, count> joint_sigma_mm_;  // by row; empty: no joint there
     std::array<double, count + 1> u_{};
     std::vector<Map> maps_;
     double period_ = 0.0;
 };
+
+/// A joint of the curvature is an edge of the part: where most rows know one, all rows have it, where they together
+/// say. Those rows are smoothed anew with the common joints and no others: a joint that noise hid in one row, put in
+/// the wrong place or feigned costs some micrometres there. A row whose points do not bear them stays as it is.
+std::vector<SurfaceRow> settle_joints(std::span<const SurfaceRow> rows);
 
 }  // namespace cmm::fitting

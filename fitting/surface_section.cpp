@@ -113,7 +113,12 @@ class SectionMover {
   public:
     SectionMover(const SurfaceCompensation& surface, std::size_t row, const SectionFit& flat,
                  const SectionOptions& options)
-        : surface_(surface), row_(row), flat_(flat), options_(options), curve_(flat.centres.curve.curve) {}
+        : surface_(surface),
+          row_(row),
+          flat_(flat),
+          options_(options),
+          smooth_(surface.rows()[row].smooth()),
+          curve_(smooth_.curve) {}
 
     core::Result<SurfaceSection> run() {
         for (std::size_t k = 0; k < curve_.spans(); ++k)
@@ -152,7 +157,7 @@ class SectionMover {
             u.push_back(cut->points[i].place.u);
         const NeighbourForecast forecast(surface_, row_, u);
         for (std::size_t k = 0; k < n; ++k) {
-            const double t = curve_.breaks()[k], noise = flat_.centres.curve.noise.sigma_mm(t);
+            const double t = curve_.breaks()[k], noise = smooth_.noise.sigma_mm(t);
             const double explained =
                 std::clamp((own_sigmas * noise - rms[k]) / ((own_sigmas - explained_sigmas) * noise), 0.0, 1.0);
             const CutPoint& p = cut->points[place[k]];
@@ -200,7 +205,7 @@ class SectionMover {
     /// In the lean: whole where it is known better than the 2-D offset errs, or than the noise tells; none from twice
     /// that on.
     double trust(const SurfaceStation& s) const {
-        const double noise = 2.0 * flat_.centres.curve.noise.sigma_mm(s.t);
+        const double noise = 2.0 * smooth_.noise.sigma_mm(s.t);
         return std::clamp(2.0 - s.lean_doubt_mm / std::max(s.offset_error_mm, noise), 0.0, 1.0);
     }
 
@@ -210,7 +215,7 @@ class SectionMover {
         for (std::size_t k = 0; k < pieces.size(); ++k)
             for (std::size_t j = 0; j < 4; ++j)
                 pieces[k][j] += shift.pieces()[k][j];
-        SmoothCurve smooth = flat_.centres.curve;
+        SmoothCurve smooth = smooth_;
         smooth.curve = PiecewiseCubic(curve_.breaks(), std::move(pieces), true);
         std::vector<Vec2> points = flat_.centres.points;
         for (std::size_t i = 0; i < points.size(); ++i)
@@ -243,8 +248,9 @@ class SectionMover {
     std::size_t row_;
     const SectionFit& flat_;
     const SectionOptions& options_;
-    const PiecewiseCubic& curve_;  // of the section's ball centres
-    std::vector<Vec2> own_;        // at its breaks, like the next two
+    const SmoothCurve& smooth_;  // of the section's ball centres, as the surface has it
+    const PiecewiseCubic& curve_;
+    std::vector<Vec2> own_;  // at its breaks, like the next two
     std::vector<Vec2> shift_;
     std::vector<SurfaceStation> stations_;
 };
@@ -257,7 +263,7 @@ core::Result<SurfaceSection> compensate_section(const SurfaceCompensation& surfa
     const auto rows = surface.rows();
     if (!surface.centres()) return refuse("compensation: no other section tells the lean");
     const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& r) { return r.z_mm() == z_mm; });
-    if (row == rows.end() || flat.contour.empty())
+    if (row == rows.end() || flat.contour.empty() || row->smooth().parameter.size() != flat.centres.points.size())
         return refuse("compensation: the section is not in the surface of ball centres");
     return SectionMover(surface, static_cast<std::size_t>(row - rows.begin()), flat, options).run();
 }
