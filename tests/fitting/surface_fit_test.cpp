@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iostream>
 #include <limits>
+#include <span>
 
 #include "core/rng.hpp"
 #include "support/twisted_blade.hpp"
@@ -47,6 +48,48 @@ MeasuredRows measured_rows(const families::TwistedBlade& blade, std::size_t coun
         result.points.insert(result.points.end(), row.begin(), row.end());
     }
     return result;
+}
+
+/// Where an arc meets a side; single rows know the place to some hundredths of a millimetre, or not at all.
+TEST(SurfaceRows, HaveTheirJointsInCommon) {
+    const families::TwistedBlade blade(families::Family::turbine, 3);
+    const MeasuredRows data = measured_rows(blade, 24);
+    const auto settled = settle_joints(data.rows);
+    ASSERT_EQ(settled.size(), data.rows.size());
+    double own_squares = 0.0, squares = 0.0, largest = 0.0;
+    std::size_t own_count = 0;
+    for (std::size_t k = 0; k < settled.size(); ++k) {
+        const auto off = [&](const SurfaceRow& row, double t) {
+            const Vec2 p = row.smooth().curve.jet(t).position;
+            double nearest = std::numeric_limits<double>::infinity();
+            for (const double joint : {1.0, 2.0, 3.0, 4.0})
+                nearest = std::min(nearest, (p - blade.at(joint, row.z_mm()).position.head<2>()).norm());
+            return nearest;
+        };
+        for (const auto& joint : data.rows[k].joints())
+            if (joint) {
+                own_squares += std::pow(off(data.rows[k], data.rows[k].parameter(joint->s_mm)), 2);
+                ++own_count;
+            }
+        ASSERT_EQ(settled[k].smooth().joints.size(), 4U) << "row " << k;
+        for (const CurvatureStep& joint : settled[k].smooth().joints) {
+            squares += std::pow(off(settled[k], joint.t), 2);
+            largest = std::max(largest, off(settled[k], joint.t));
+        }
+        EXPECT_EQ(settled[k].smooth().parameter.size(), data.rows[k].smooth().parameter.size());
+        EXPECT_NEAR(settled[k].smooth().sigma_mm, 1e-3, 0.2e-3);
+    }
+    const double own_rms = std::sqrt(own_squares / double(own_count)), rms = std::sqrt(squares / (4.0 * 24.0));
+    std::cout << "joints off: " << own_rms << " mm by single rows (" << own_count << " of 96), " << rms
+              << " mm together, at most " << largest << "\n";
+    EXPECT_LT(own_count, 96U) << "nothing to find out";
+    EXPECT_LT(rms, 0.3 * own_rms);
+
+    // A single row has nobody to ask.
+    const auto alone = settle_joints(std::span(data.rows).first(1));
+    ASSERT_EQ(alone.size(), 1U);
+    EXPECT_EQ(alone[0].smooth().joints.size(), data.rows[0].smooth().joints.size());
+    EXPECT_TRUE(settle_joints({}).empty());
 }
 
 TEST(SurfaceFit, RowsOfUnequalLength) {
