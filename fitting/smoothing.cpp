@@ -225,23 +225,42 @@ core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points) {
     return finished(smoothing.system(), std::move(smoothing.joints()), order, origin);
 }
 
-core::Result<SmoothCurve> smooth_with_joints(const SmoothCurve& smooth, std::span<const KnownJoint> joints) {
+core::Result<SmoothCurve> smooth_with_joints(const SmoothCurve& smooth, std::span<const KnownJoint> joints,
+                                             double begin_t) {
     const std::size_t n = smooth.parameter.size();
+    const double period = smooth.curve.breaks().back() - smooth.curve.breaks().front();
+    const auto from_begin = [&](double t) { return t - begin_t - period * std::floor((t - begin_t) / period); };
     std::vector<std::size_t> order(n);
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](std::size_t a, std::size_t b) { return smooth.parameter[a] < smooth.parameter[b]; });
+    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+        return from_begin(smooth.parameter[a]) < from_begin(smooth.parameter[b]);
+    });
     const Vec2 start = smooth.curve.jet(smooth.curve.breaks().front()).position;
     const Vec2 origin(std::round(start.x()), std::round(start.y()));
     std::vector<Vec2> points(n);
     std::vector<double> t(n);
     for (std::size_t i = 0; i < n; ++i) {
-        t[i] = smooth.parameter[order[i]];
-        const Jet jet = smooth.curve.jet(t[i]);
+        const Jet jet = smooth.curve.jet(smooth.parameter[order[i]]);
+        t[i] = from_begin(smooth.parameter[order[i]]);
         points[i] = jet.position - origin + smooth.residual[order[i]] * jet.right_normal();
     }
+    std::vector<double> breaks = breaks_without_joints(smooth);
+    breaks.pop_back();
+    for (double& b : breaks)
+        b = from_begin(b);
+    std::sort(breaks.begin(), breaks.end());
+    // The nearest knot goes to where the curve begins.
+    if (period - breaks.back() < breaks.front())
+        breaks.pop_back();
+    else
+        breaks.erase(breaks.begin());
+    breaks.insert(breaks.begin(), 0.0);
+    breaks.push_back(period);
+    std::vector<KnownJoint> placed(joints.begin(), joints.end());
+    for (KnownJoint& joint : placed)
+        joint.t = from_begin(joint.t);
     SmoothingSystem system(std::move(points), smooth.sigma_mm);
-    auto steps = fit_with_joints(system, breaks_without_joints(smooth), t, joints, tunings);
+    auto steps = fit_with_joints(system, breaks, t, placed, tunings);
     if (!steps) return tl::unexpected(steps.error());
     return finished(system, std::move(*steps), order, origin);
 }

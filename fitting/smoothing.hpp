@@ -74,8 +74,11 @@ struct KnownJoint {
     double sigma_mm = 0.0;  ///< standard deviation of its place
 };
 
-/// The points of a curve smoothed anew, with the curvature free to jump at these places (in order) and nowhere else.
-/// O(n). Errors: fit_not_evaluable (singular).
-core::Result<SmoothCurve> smooth_with_joints(const SmoothCurve& smooth, std::span<const KnownJoint> joints);
+/// The points of a curve smoothed anew, with the curvature free to jump at these places (in order from `begin_t` round)
+/// and nowhere else. The new curve begins at `begin_t` of the old one, three knots or more from any joint: its
+/// parameters are those of before less `begin_t`, in [0, period]. O(n). Errors: fit_not_evaluable (a joint without
+/// room, singular).
+core::Result<SmoothCurve> smooth_with_joints(const SmoothCurve& smooth, std::span<const KnownJoint> joints,
+                                             double begin_t);
 
 }  // namespace cmm::fitting

@@ -21,6 +21,7 @@ constexpr double most_control_variance = 4.0;  // over the largest of the curve 
 constexpr double told_square = 8.0;            // of a step that no ramp shows, over its variance
 constexpr double lasting_step_share = 0.2;     // of the ramp's
 constexpr double far_shift_sigmas = 2.0;       // of a joint's shift: the step of the curvature times its square
+constexpr std::size_t clear_spans = 3;         // from a known joint to the next, and to where the curve begins
 constexpr double most_known_shift = 2.0;       // of a known joint, over what its place is known to
 
 /// A joint's place is known to some hundredths of a millimetre: what rounding does to it must not move the curve.
@@ -201,6 +202,20 @@ class Placement {
     bool strayed_ = false;  // in the latest shift, so far that another one follows
 };
 
+/// Whether joints in order leave each other, and the curve's beginning, their knots.
+bool have_room(std::span<const CurvatureStep> joints, std::span<const double> breaks) {
+    const auto breaks_below = [&](double t) {
+        return static_cast<std::size_t>(std::lower_bound(breaks.begin(), breaks.end(), t) - breaks.begin());
+    };
+    std::size_t before = 0;
+    for (const CurvatureStep& joint : joints) {
+        const std::size_t below = breaks_below(joint.t);
+        if (below < before + clear_spans) return false;
+        before = below;
+    }
+    return before + clear_spans <= breaks.size();
+}
+
 }  // namespace
 
 core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system) {
@@ -243,6 +258,11 @@ core::Result<std::vector<CurvatureStep>> fit_with_joints(SmoothingSystem& system
             places.push_back(step.t);
         return breaks_with_joints(plain, places, knots_of_joint, knot_share, knots);
     };
+    const auto no_room = [] {
+        return core::fail(core::ErrorCode::fit_not_evaluable,
+                          "smoothing spline: a joint of the curvature is too near to another, or to where the curve "
+                          "begins");
+    };
     const auto refine = [&](int count) {
         for (std::size_t j = 0; j < joints.size(); ++j)
             free_joint(system.roughness(), knots[j], steps[j].step, joints[j].sigma_mm);
@@ -250,6 +270,7 @@ core::Result<std::vector<CurvatureStep>> fit_with_joints(SmoothingSystem& system
     };
     for (const KnownJoint& joint : joints)
         steps.push_back({on_grid(joint.t), joint.step});
+    if (!have_room(steps, breaks)) return no_room();
     if (auto status = system.start(with_knots(breaks), t); !status) return tl::unexpected(status.error());
     if (auto status = refine(tunings); !status) return tl::unexpected(status.error());
     const std::vector<double> plain = breaks_without(system.breaks(), knots);
@@ -258,6 +279,7 @@ core::Result<std::vector<CurvatureStep>> fit_with_joints(SmoothingSystem& system
         const double most = most_known_shift * joints[j].sigma_mm;
         steps[j] = {on_grid(joints[j].t + std::clamp(steps[j].t + seen.shift - joints[j].t, -most, most)), seen.step};
     }
+    if (!have_room(steps, plain)) return no_room();
     if (auto status = system.change_breaks(with_knots(plain), {}); !status) return tl::unexpected(status.error());
     if (auto status = refine(joint_tunings); !status) return tl::unexpected(status.error());
     system.measure();

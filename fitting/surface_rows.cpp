@@ -121,12 +121,28 @@ void SurfaceRow::find_joints() {
     }
 }
 
-core::Result<SurfaceRow> SurfaceRow::with_joints(std::span<const KnownJoint> joints) const {
-    auto smooth = smooth_with_joints(smooth_, joints);
+core::Result<SurfaceRow> SurfaceRow::with_joints(std::vector<KnownJoint> joints) const {
+    // Half-way along a side there are none.
+    const double total = arc_.total(), side = features_[te_begin] - features_[le_end];
+    const double begin_t = parameter(features_[le_end] + 0.5 * (side - total * std::floor(side / total)));
+    const double period = smooth_.curve.breaks().back() - smooth_.curve.breaks().front();
+    const auto from_begin = [&](double t) { return t < begin_t ? t - begin_t + period : t - begin_t; };
+    std::sort(joints.begin(), joints.end(),
+              [&](const KnownJoint& a, const KnownJoint& b) { return from_begin(a.t) < from_begin(b.t); });
+    auto smooth = smooth_with_joints(smooth_, joints, begin_t);
     if (!smooth) return tl::unexpected(smooth.error());
     SurfaceRow row = *this;
     row.smooth_ = std::move(*smooth);
     row.arc_ = ArcLength(row.smooth_.curve);
+    const auto there = [&](double& s_mm) {
+        double t = from_begin(parameter(s_mm));
+        const std::size_t span = row.smooth_.curve.span_of(t);
+        s_mm = row.arc_.at(row.smooth_.curve, {span, t});
+    };
+    for (double& feature : row.features_)
+        there(feature);
+    for (auto& joint : row.joints_)
+        if (joint) there(joint->s_mm);
     return row;
 }
 
@@ -242,9 +258,8 @@ std::vector<SurfaceRow> settle_joints(std::span<const SurfaceRow> rows) {
         for (const auto& joint : alignment.joints_on(k))
             joints.push_back(
                 {rows[k].parameter(joint.s_mm), usual[joint.end], std::max(joint.sigma_mm, least_joint_sigma_mm)});
-        std::sort(joints.begin(), joints.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
         if (!joints.empty())
-            if (auto row = rows[k].with_joints(joints)) {
+            if (auto row = rows[k].with_joints(std::move(joints))) {
                 settled.push_back(std::move(*row));
                 continue;
             }

@@ -44,8 +44,9 @@ class SurfaceRow {
     /// The point at an arc length, any turn; its parameter on the curve.
     Vec2 at(double s_mm) const;
     double parameter(double s_mm) const;
-    /// The same points smoothed anew with these joints (smooth_with_joints); edges and noses are where they were.
-    core::Result<SurfaceRow> with_joints(std::span<const KnownJoint> joints) const;
+    /// The same points smoothed anew with these joints (smooth_with_joints), from half-way along a side; edges and
+    /// noses are where they were.
+    core::Result<SurfaceRow> with_joints(std::vector<KnownJoint> joints) const;
 
   private:
     double z_mm_ = 0.0;
