@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fitting/roughness.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -13,7 +14,8 @@ constexpr double damping = 0.1;       // degrees of freedom below which a window
 constexpr double longest_step = 4.0;  // of the logarithm of the scale
 constexpr double least_log = -36.0;
 constexpr double least_variance = 1e-16;
-constexpr double log_grid = 1.0 / 1024.0;
+/// Added and taken off again: what is left is rounded to 1/1024.
+constexpr double log_grid = 0x1.8p42;
 
 /// To twelve binary digits. The updates may enlarge a difference of two runs, so that what rounding does to points that
 /// are turned and moved would grow from update to update; on a grid it vanishes.
@@ -23,12 +25,18 @@ double coarse(double value) {
     return std::bit_cast<double>(bits & ~(dropped - 1));
 }
 
+/// For functions of many values in vector lanes.
+Eigen::Map<Eigen::ArrayXd> all(std::vector<double>& values) {
+    return {values.data(), static_cast<Eigen::Index>(values.size())};
+}
+
 }  // namespace
 
 void Roughness::reset(const std::vector<double>& variance, std::size_t window, double few) {
     variance_ = variance;
     log_scale_.resize(variance.size());
     std::transform(variance.begin(), variance.end(), log_scale_.begin(), [](double v) { return std::log(v); });
+    set_scale();
     held_.assign(variance.size(), 0);
     window_ = window;
     few_ = few;
@@ -53,6 +61,7 @@ void Roughness::carry_over(const std::vector<std::size_t>& from, const std::vect
     }
     variance_.swap(variance);
     log_scale_.swap(log_scale);
+    set_scale();
     held_.assign(from.size(), 0);
 }
 
@@ -80,14 +89,12 @@ void Roughness::update(const std::vector<double>& jump, const std::vector<double
     known_.resize(n);
     const auto determined = [&](std::size_t k) { return std::clamp(1.0 - uncertain[k] / variance_[k], 0.0, 1.0); };
     for (std::size_t k = 0; k < n; ++k) {
-        if (held_[k] != 0) {
-            known_[k] = pull_[k] = 0.0;
-            continue;
-        }
-        known_[k] = determined(k);
-        const double square = jump[k] * jump[k] * std::exp(-log_scale_[k]);
-        pull_[k] = (known_[k] + few_) * std::log((square + few_) / (known_[k] + few_));
+        known_[k] = held_[k] != 0 ? 0.0 : determined(k);
+        pull_[k] = held_[k] != 0 ? 1.0 : (jump[k] * jump[k] / scale_[k] + few_) / (known_[k] + few_);
     }
+    all(pull_) = all(pull_).log();
+    for (std::size_t k = 0; k < n; ++k)
+        pull_[k] *= known_[k] + few_;
     sum_window(pull_, window_);
     std::vector<double>& all_known = known_;
     sum_window(all_known, window_);
@@ -97,12 +104,20 @@ void Roughness::update(const std::vector<double>& jump, const std::vector<double
     sum_window(pull_, half);
     for (std::size_t k = 0; k < n; ++k) {
         if (held_[k] != 0) continue;
-        const double part = determined(k);
         const double log_scale = std::max(log_scale_[k] + pull_[k] / static_cast<double>(2 * half + 1), least_log);
-        log_scale_[k] = std::round(log_scale / log_grid) * log_grid;
-        const double updated = (jump[k] * jump[k] + few_ * std::exp(log_scale_[k])) / (part + few_);
+        log_scale_[k] = (log_scale + log_grid) - log_grid;
+    }
+    set_scale();
+    for (std::size_t k = 0; k < n; ++k) {
+        if (held_[k] != 0) continue;
+        const double updated = (jump[k] * jump[k] + few_ * scale_[k]) / (determined(k) + few_);
         variance_[k] = coarse(std::max(updated, least_variance));
     }
+}
+
+void Roughness::set_scale() {
+    scale_.resize(log_scale_.size());
+    all(scale_) = all(log_scale_).exp();
 }
 
 }  // namespace cmm::fitting

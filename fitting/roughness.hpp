@@ -34,7 +34,9 @@ class Roughness {
     /// Sums over 2 w + 1 knots, cyclic, in place.
     void sum_window(std::vector<double>& values, std::size_t w);
 
-    std::vector<double> variance_, log_scale_;
+    void set_scale();
+
+    std::vector<double> variance_, log_scale_, scale_;
     std::vector<char> held_;
     std::vector<double> pull_, known_, sums_;
     std::size_t window_ = 2;

@@ -86,9 +86,9 @@ ChordLengths chord_lengths(std::span<const Vec2> points, double sigma_mm) {
 class Smoothing {
   public:
     /// Points in order round and their first parameters; the points whose chords were measured.
-    Smoothing(std::vector<Vec2> points, std::vector<double> t, const ChordLengths& chords,
+    Smoothing(std::span<const Vec2> points, std::vector<double> t, const ChordLengths& chords,
               std::span<const Vec2> points_of_chords, double sigma_mm)
-        : system_(std::move(points), sigma_mm), t_(std::move(t)), period_(chords.period) {
+        : system_(points, sigma_mm), t_(std::move(t)), period_(chords.period) {
         for (const std::size_t i : chords.anchors) {
             anchors_.push_back(points_of_chords[i]);
             anchor_t_.push_back(chords.t[i]);
@@ -220,7 +220,7 @@ core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points) {
         t[i] = chords.t[order[i]];
     }
 
-    Smoothing smoothing(std::move(in_order), std::move(t), chords, points, sigma_mm);
+    Smoothing smoothing(in_order, std::move(t), chords, points, sigma_mm);
     if (auto status = smoothing.run(); !status) return tl::unexpected(status.error());
     return finished(smoothing.system(), std::move(smoothing.joints()), order, origin);
 }
@@ -259,7 +259,7 @@ core::Result<SmoothCurve> smooth_with_joints(const SmoothCurve& smooth, std::spa
     std::vector<KnownJoint> placed(joints.begin(), joints.end());
     for (KnownJoint& joint : placed)
         joint.t = from_begin(joint.t);
-    SmoothingSystem system(std::move(points), smooth.sigma_mm);
+    SmoothingSystem system(points, smooth.sigma_mm);
     auto steps = fit_with_joints(system, breaks, t, placed, tunings);
     if (!steps) return tl::unexpected(steps.error());
     return finished(system, std::move(*steps), order, origin);

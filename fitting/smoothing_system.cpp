@@ -20,11 +20,12 @@ constexpr double longest_correction = 0.01;  // of a foot, of the period
 
 }  // namespace
 
-SmoothingSystem::SmoothingSystem(std::vector<Vec2> points, double sigma_mm)
-    : points_(std::move(points)), sigma_(sigma_mm) {
-    residual_.resize(points_.size());
-    span_.resize(points_.size());
-    basis_.resize(points_.size());
+SmoothingSystem::SmoothingSystem(std::span<const Vec2> points, double sigma_mm)
+    : residual_(points.size()), span_(points.size()), basis_(points.size()), sigma_(sigma_mm) {
+    for (const Vec2& p : points) {
+        x_.push_back(p.x());
+        y_.push_back(p.y());
+    }
 }
 
 core::Status SmoothingSystem::start(std::vector<double> breaks, std::span<const double> t) {
@@ -32,12 +33,7 @@ core::Status SmoothingSystem::start(std::vector<double> breaks, std::span<const 
     breaks_ = std::move(breaks);
     if (auto status = least_squares_.set_knots(breaks_, true); !status) return status;
     spans_ = least_squares_.spans();
-    std::vector<double> x(points_.size()), y(points_.size());
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-        x[i] = points_[i].x();
-        y[i] = points_[i].y();
-    }
-    if (auto status = least_squares_.add({t_, x, y}); !status) return status;
+    if (auto status = least_squares_.add({t_, x_, y_}); !status) return status;
     for (std::size_t k = 0; k < spans_; ++k) {
         const auto& third = least_squares_.basis(k).power[3];
         BandSolver<3>::Block block{};
@@ -50,7 +46,7 @@ core::Status SmoothingSystem::start(std::vector<double> breaks, std::span<const 
     controls_ = least_squares_.controls();
     curve_ = least_squares_.curve();
     measure();
-    const double n = static_cast<double>(points_.size());
+    const double n = static_cast<double>(x_.size());
     sigma_ = std::max(std::sqrt(residual_squares_ / std::max(n - 0.5 * static_cast<double>(spans_), 0.25 * n)),
                       least_sigma_mm);
     std::vector<double> variance(spans_);
@@ -109,38 +105,79 @@ void SmoothingSystem::measure() {
     sum_points();
 }
 
+/// Calls work(span, first, end) for the points, run by run, that lie in the same span.
+template <class Work>
+void SmoothingSystem::for_each_run(const Work& work) const {
+    std::size_t span = 0;
+    for (std::size_t first = 0; first < t_.size();) {
+        while (span + 1 < spans_ && t_[first] >= breaks_[span + 1])
+            ++span;
+        while (span > 0 && t_[first] < breaks_[span])
+            --span;
+        const double low = breaks_[span], high = breaks_[span + 1];
+        std::size_t end = first + 1;
+        while (end < t_.size() && t_[end] >= low && t_[end] < high)
+            ++end;
+        work(span, first, end);
+        first = end;
+    }
+}
+
+/// Several points of one span at once, in vector lanes.
+template <int Count>
+struct SmoothingSystem::Lanes {
+    using Array = Eigen::Array<double, Count, 1>;
+    Array u, x, y, dx, dy;  // from the span's beginning; the curve and its derivative there
+
+    Lanes(const PiecewiseCubic::Piece& c, const Array& from_break) : u(from_break) {
+        x = c[0].x() + u * (c[1].x() + u * (c[2].x() + u * c[3].x()));
+        y = c[0].y() + u * (c[1].y() + u * (c[2].y() + u * c[3].y()));
+        dx = c[1].x() + u * (2.0 * c[2].x() + u * (3.0 * c[3].x()));
+        dy = c[1].y() + u * (2.0 * c[2].y() + u * (3.0 * c[3].y()));
+    }
+};
+
+template <int Count>
+void SmoothingSystem::move_feet(std::size_t span, std::size_t first) {
+    using Array = typename Lanes<Count>::Array;
+    Eigen::Map<Array> t(&t_[first]);
+    const Lanes<Count> at(curve_.pieces()[span], t - breaks_[span]);
+    const Array off_x = Eigen::Map<const Array>(&x_[first]) - at.x, off_y = Eigen::Map<const Array>(&y_[first]) - at.y;
+    const double most = longest_correction * (breaks_.back() - breaks_.front());
+    const Array squared = (at.dx * at.dx + at.dy * at.dy).max(least_speed * least_speed);
+    t += ((off_x * at.dx + off_y * at.dy) / squared).max(-most).min(most);
+}
+
+template <int Count>
+void SmoothingSystem::measure_residuals(std::size_t span, std::size_t first) {
+    using Array = typename Lanes<Count>::Array;
+    const Lanes<Count> at(curve_.pieces()[span], Eigen::Map<const Array>(&t_[first]) - breaks_[span]);
+    const Array off_x = Eigen::Map<const Array>(&x_[first]) - at.x, off_y = Eigen::Map<const Array>(&y_[first]) - at.y;
+    Eigen::Map<Array> residual(&residual_[first]);
+    residual = (off_x * at.dy - off_y * at.dx) / (at.dx * at.dx + at.dy * at.dy).sqrt().max(1e-12);
+    const Array w = at.u / width(span);
+    for (int i = 0; i < Count; ++i) {
+        basis_[first + static_cast<std::size_t>(i)] = least_squares_.basis(span).at(w[i]);
+        span_[first + static_cast<std::size_t>(i)] = static_cast<std::uint32_t>(span);
+    }
+}
+
 void SmoothingSystem::measure_points() {
-    const auto& pieces = curve_.pieces();
+    for_each_run([&](std::size_t span, std::size_t i, std::size_t end) {
+        for (; i + 1 < end; i += 2)
+            move_feet<2>(span, i);
+        if (i < end) move_feet<1>(span, i);
+    });
     const double first = breaks_.front(), last = breaks_.back(), period = last - first;
-    std::size_t k = 0;
-    const auto span_of = [&](double t) {
-        while (k + 1 < spans_ && t >= breaks_[k + 1])
-            ++k;
-        while (k > 0 && t < breaks_[k])
-            --k;
-        return k;
-    };
-    const auto at = [&](std::size_t span, double u, Vec2& d1) -> Vec2 {
-        const PiecewiseCubic::Piece& c = pieces[span];
-        d1 = c[1] + u * (2.0 * c[2] + 3.0 * u * c[3]);
-        return c[0] + u * (c[1] + u * (c[2] + u * c[3]));
-    };
-    for (std::size_t i = 0; i < t_.size(); ++i) {
-        Vec2 d1;
-        std::size_t span = span_of(t_[i]);
-        const Vec2 off = points_[i] - at(span, t_[i] - breaks_[span], d1);
-        double t = t_[i] + std::clamp(off.dot(d1) / std::max(d1.squaredNorm(), least_speed * least_speed),
-                                      -longest_correction * period, longest_correction * period);
+    for (double& t : t_) {
         if (t < first) t += period;
         if (t >= last) t -= period;
-        t_[i] = t;
-        span = span_of(t);
-        span_[i] = static_cast<std::uint32_t>(span);
-        const double u = t - breaks_[span];
-        const Vec2 apart = points_[i] - at(span, u, d1);
-        residual_[i] = cross(apart, d1) / std::max(d1.norm(), 1e-12);
-        basis_[i] = least_squares_.basis(span).at(u / width(span));
     }
+    for_each_run([&](std::size_t span, std::size_t i, std::size_t end) {
+        for (; i + 1 < end; i += 2)
+            measure_residuals<2>(span, i);
+        if (i < end) measure_residuals<1>(span, i);
+    });
 }
 
 void SmoothingSystem::measure_jumps() {
@@ -173,15 +210,15 @@ void SmoothingSystem::measure_jumps() {
     }
 }
 
-/// Gram matrix and moments of the points, span by span.
+/// Gram matrix and moments of the points.
 void SmoothingSystem::sum_points() {
-    gram_.assign(spans_, {});
-    moment_.assign(spans_, Four{});
+    gram_.assign(spans_, Four{});
+    moment_.assign(spans_, 0.0);
     residual_squares_ = 0.0;
     for (std::size_t i = 0; i < basis_.size();) {
         const std::uint32_t span = span_[i];
-        auto gram = gram_[span];
-        Four moment = moment_[span];
+        std::array<Four, 4> gram{};
+        Four moment{};
         for (; i < basis_.size() && span_[i] == span; ++i) {
             const Four& b = basis_[i];
             residual_squares_ += residual_[i] * residual_[i];
@@ -191,30 +228,39 @@ void SmoothingSystem::sum_points() {
                     gram[a][c] += b[a] * b[c];
             }
         }
-        gram_[span] = gram;
-        moment_[span] = moment;
+        for (std::size_t a = 0; a < 4; ++a) {
+            const std::size_t control = wrapped(span + a);
+            moment_[control] += moment[a];
+            for (std::size_t c = 0; c <= a; ++c)
+                gram_[control][a - c] += gram[a][c];
+        }
     }
-    for (auto& gram : gram_)
-        for (std::size_t a = 0; a < 4; ++a)
-            for (std::size_t c = a + 1; c < 4; ++c)
-                gram[a][c] = gram[c][a];
 }
 
 /// The normal displacements of the controls that fit the residuals with the present roughness, or so many times it.
 bool SmoothingSystem::solve(double times) {
-    normal_.reset(spans_, true);
-    displacement_.assign(spans_, 0.0);
     const auto& variance = roughness_.variance();
+    weighted_row_.resize(spans_);
+    displacement_ = moment_;
     for (std::size_t k = 0; k < spans_; ++k) {
         const double weight = sigma_ * sigma_ / (times * variance[k]);
-        const Five& row = jump_row_[k];
-        BandSolver<4>::Block block;
-        for (std::size_t a = 0; a < 5; ++a)
-            for (std::size_t c = 0; c <= a; ++c)
-                block[a][c] = weight * row[a] * row[c] + (a < 4 ? gram_[k][a][c] : 0.0);
-        normal_.add_block(k, block);
-        for (std::size_t a = 0; a < 5; ++a)
-            displacement_[wrapped(k + a)] += (a < 4 ? moment_[k][a] : 0.0) - weight * row[a] * jump_[k];
+        for (std::size_t a = 0; a < 5; ++a) {
+            weighted_row_[k][a] = weight * jump_row_[k][a];
+            displacement_[wrapped(k + a)] -= weighted_row_[k][a] * jump_[k];
+        }
+    }
+    normal_.reset(spans_, true);
+    for (std::size_t i = 0; i < spans_; ++i) {
+        // Function a of span i - a is that of control i. Written out: the compiler makes shuffles of loops.
+        const auto weighted = [&](std::size_t a) -> const Five& { return weighted_row_[before(i, a)]; };
+        const auto plain = [&](std::size_t a) -> const Five& { return jump_row_[before(i, a)]; };
+        const Five &w0 = weighted(0), &w1 = weighted(1), &w2 = weighted(2), &w3 = weighted(3), &w4 = weighted(4);
+        const Five &r0 = plain(0), &r1 = plain(1), &r2 = plain(2), &r3 = plain(3), &r4 = plain(4);
+        const Four& g = gram_[i];
+        normal_.add_row(i, {g[0] + w0[0] * r0[0] + w1[1] * r1[1] + w2[2] * r2[2] + w3[3] * r3[3] + w4[4] * r4[4],
+                            g[1] + w1[1] * r1[0] + w2[2] * r2[1] + w3[3] * r3[2] + w4[4] * r4[3],
+                            g[2] + w2[2] * r2[0] + w3[3] * r3[1] + w4[4] * r4[2], g[3] + w3[3] * r3[0] + w4[4] * r4[1],
+                            w4[4] * r4[0]});
     }
     if (!normal_.factor()) return false;
     normal_.solve(std::span(displacement_));
@@ -228,6 +274,7 @@ void SmoothingSystem::tune() {
     uncertain_.resize(spans_);
     freedom_ = 3.0;
     const auto& variance = roughness_.variance();
+    double squares = residual_squares_;  // |r - B d|^2
     for (std::size_t k = 0; k < spans_; ++k) {
         const Five& row = jump_row_[k];
         double jump = jump_[k], spread = 0.0;
@@ -243,16 +290,11 @@ void SmoothingSystem::tune() {
         moved_[k] = jump;
         uncertain_[k] = std::max(spread, 0.0) * sigma_ * sigma_;
         freedom_ += 1.0 - std::min(1.0, uncertain_[k] / variance[k]);
+        double sum = gram_[k][0] * displacement_[k] - 2.0 * moment_[k];
+        for (std::size_t m = 1; m < 4; ++m)
+            sum += 2.0 * gram_[k][m] * displacement_[before(k, m)];
+        squares += displacement_[k] * sum;
     }
-    double squares = residual_squares_;  // |r - B d|^2 from the sums over the spans
-    for (std::size_t k = 0; k < spans_; ++k)
-        for (std::size_t a = 0; a < 4; ++a) {
-            const double d = displacement_[wrapped(k + a)];
-            double sum = -2.0 * moment_[k][a];
-            for (std::size_t c = 0; c < 4; ++c)
-                sum += gram_[k][a][c] * displacement_[wrapped(k + c)];
-            squares += d * sum;
-        }
     const double n = static_cast<double>(basis_.size());
     sigma_ = std::max(std::sqrt(std::max(squares, 0.0) / std::max(n - freedom_, 1.0)), least_sigma_mm);
     roughness_.update(moved_, uncertain_);
@@ -264,9 +306,9 @@ void SmoothingSystem::move() {
     std::vector<Vec2> normals(spans_);
     for (std::size_t k = 0; k < spans_; ++k) {
         // Control k weighs the first function of span k: knots k - 2, k - 1, k lie under it.
-        const double t = (knots[k + 1] + knots[k + 2] + knots[k + 3]) / 3.0;
-        const Jet jet = curve_.jet(t);
-        normals[k] = jet.right_normal();
+        double t = curve_.wrap((knots[k + 1] + knots[k + 2] + knots[k + 3]) / 3.0);
+        const std::size_t middle = before(k, 1), span = curve_.span_of(t, t < breaks_[middle] ? before(k, 2) : middle);
+        normals[k] = curve_.jet_in(span, t).right_normal();
     }
     for (std::size_t k = 0; k < spans_; ++k)
         controls_[k] += displacement_[k] * normals[k];

@@ -22,7 +22,7 @@ namespace cmm::fitting {
 class SmoothingSystem {
   public:
     /// Points in order; `sigma_mm` is a first estimate of their noise along the normal.
-    SmoothingSystem(std::vector<Vec2> points, double sigma_mm);
+    SmoothingSystem(std::span<const Vec2> points, double sigma_mm);
 
     /// The curve becomes the least-squares spline of the points at parameters `t`, hardly smoothed, and all roughness
     /// starts anew. Errors: fit_not_evaluable.
@@ -76,7 +76,18 @@ class SmoothingSystem {
     using Five = std::array<double, 5>;
 
     std::size_t wrapped(std::size_t control) const { return control < spans_ ? control : control - spans_; }
+    std::size_t before(std::size_t control, std::size_t by) const {
+        return control >= by ? control - by : control + spans_ - by;
+    }
     double width(std::size_t span) const { return breaks_[span + 1] - breaks_[span]; }
+    template <class Work>
+    void for_each_run(const Work& work) const;
+    template <int Count>
+    struct Lanes;
+    template <int Count>
+    void move_feet(std::size_t span, std::size_t first);
+    template <int Count>
+    void measure_residuals(std::size_t span, std::size_t first);
     void measure_points();
     void sum_points();
     bool solve(double times = 1.0);
@@ -84,8 +95,7 @@ class SmoothingSystem {
     void move();
     void set_curve();
 
-    std::vector<Vec2> points_;
-    std::vector<double> t_, residual_;
+    std::vector<double> x_, y_, t_, residual_;
     std::vector<std::uint32_t> span_;
     std::vector<Four> basis_;
     double sigma_ = 0.0, freedom_ = 0.0;
@@ -97,9 +107,9 @@ class SmoothingSystem {
     PiecewiseCubic curve_;
     std::vector<double> length_, slope_, jump_;  // of the curvature by length: per span, and scaled jump per knot
     std::vector<Four> slope_row_;
-    std::vector<Five> jump_row_;
-    std::vector<std::array<Four, 4>> gram_;
-    std::vector<Four> moment_;
+    std::vector<Five> jump_row_, weighted_row_;
+    std::vector<Four> gram_;  // of controls k and k, k - 1, k - 2, k - 3, by the points
+    std::vector<double> moment_;
     double residual_squares_ = 0.0;
     BandSolver<4> normal_;
     std::vector<BandSolver<4>::Row> inverse_;

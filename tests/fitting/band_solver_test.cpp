@@ -36,8 +36,58 @@ void compare(std::size_t n, bool cyclic) {
     expected = dense.ldlt().solve(expected).eval();
     ASSERT_TRUE(band.factor());
     band.solve(std::span(rhs));
-    for (std::size_t i = 0; i < n; ++i)
+    std::vector<double> column(n);
+    for (std::size_t i = 0; i < n; ++i) {
         EXPECT_LT((rhs[i] - expected.row(static_cast<Eigen::Index>(i)).transpose()).norm(), 1e-12) << n << " " << i;
+        column[i] = static_cast<double>(i);
+    }
+    const Eigen::VectorXd answer =
+        dense.ldlt().solve(Eigen::Map<const Eigen::VectorXd>(column.data(), static_cast<Eigen::Index>(n)));
+    band.solve(std::span(column));
+    std::vector<typename BandSolver<W>::Row> inverse;
+    band.invert(inverse);
+    const Eigen::MatrixXd all = dense.inverse();
+    for (std::size_t i = 0; i < n; ++i) {
+        EXPECT_NEAR(column[i], answer[static_cast<Eigen::Index>(i)], 1e-11) << n << " " << i;
+        for (std::size_t k = 0; k <= W && (cyclic || i + k < n); ++k)
+            EXPECT_NEAR(inverse[i][k], all(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>((i + k) % n)), 1e-13)
+                << n << " " << i << " " << k;
+    }
+}
+
+/// Block by block, row by row and element by element.
+TEST(BandSolver, TakesItsElementsInThreeWays) {
+    constexpr int width = 4;
+    for (const bool cyclic : {false, true})
+        for (const std::size_t n : {9U, 10U, 11U, 12U, 13U, 14U, 19U, 20U}) {
+            core::Rng rng(n);
+            BandSolver<width> by_block(n, cyclic), by_row(n, cyclic), by_element(n, cyclic);
+            std::vector<BandSolver<width>::Row> rows(n, BandSolver<width>::Row{});
+            for (std::size_t first = 0; first < (cyclic ? n : n - width); ++first) {
+                BandSolver<width>::Block block{};
+                for (std::size_t a = 0; a <= width; ++a)
+                    for (std::size_t c = 0; c <= a; ++c) {
+                        block[a][c] = (a == c ? 10.0 : 0.0) + rng.uniform(-1.0, 1.0);
+                        rows[(first + a) % n][a - c] += block[a][c];
+                        by_element.add((first + a) % n, (first + c) % n, block[a][c]);
+                    }
+                by_block.add_block(first, block);
+            }
+            for (std::size_t i = 0; i < n; ++i)
+                by_row.add_row(i, rows[i]);
+            std::vector<std::vector<double>> answers;
+            for (BandSolver<width>* solver : {&by_block, &by_row, &by_element}) {
+                ASSERT_TRUE(solver->factor());
+                answers.emplace_back(n);
+                for (std::size_t i = 0; i < n; ++i)
+                    answers.back()[i] = static_cast<double>(i % 5);
+                solver->solve(std::span(answers.back()));
+            }
+            for (std::size_t i = 0; i < n; ++i) {
+                EXPECT_NEAR(answers[0][i], answers[2][i], 1e-14) << n << " " << i;
+                EXPECT_NEAR(answers[1][i], answers[2][i], 1e-14) << n << " " << i;
+            }
+        }
 }
 
 TEST(BandSolver, AgreesWithADenseSolver) {
@@ -47,6 +97,9 @@ TEST(BandSolver, AgreesWithADenseSolver) {
         compare<1>(n, true);
         compare<1>(n, false);
     }
+    for (const std::size_t n : {9U, 10U, 11U, 12U, 13U, 14U, 15U, 16U, 17U, 60U})
+        for (const bool cyclic : {false, true})
+            compare<4>(n, cyclic);
     compare<1>(3, true);
     compare<1>(2, false);
 }
