@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "fitting/centre_curve.hpp"
+#include "fitting/settled_rows.hpp"
 #include "fitting/surface_cut.hpp"
 
 namespace cmm::fitting {
@@ -15,6 +16,12 @@ using core::ErrorCode;
 
 constexpr double contour_turning_share = 0.25;
 constexpr std::size_t fewest_points = 16;
+constexpr int growing_rounds = 3;
+
+/// Many rows know together in a few rounds what few rows know in eight.
+int rounds_for(std::size_t rows) {
+    return static_cast<int>(std::clamp<std::size_t>(256 / rows, 2, 8));
+}
 
 /// Parameters at which S - r N is cut: in equal steps of length and turning of a first, coarser cut.
 std::vector<double> spread(const PlaneCut& cut, double period, std::size_t count) {
@@ -73,7 +80,7 @@ core::Status SurfaceCompensation::add(SmoothCurve centres, double z_mm, const st
 }
 
 core::Status SurfaceCompensation::fit() {
-    rows_ = settle_joints(own_);
+    rows_ = settle_rows(own_, newest_ > 0 ? growing_rounds : rounds_for(own_.size()));
     SurfaceFitOptions options;
     options.beyond_mm = ball_radius_;
     auto fit = fit_surface(rows_, options);

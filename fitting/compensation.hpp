@@ -35,7 +35,8 @@ struct ContactContour {
 /// frame.
 class SurfaceCompensation {
   public:
-    /// `newest`: of so many sections at most, the last ones, the surface is made (0: of all).
+    /// `newest`: of so many sections at most, the last ones, the surface is made, and they are settled in fewer rounds,
+    /// as more are to come (0: of all).
     explicit SurfaceCompensation(double ball_radius_mm, std::size_t newest = 0)
         : ball_radius_(ball_radius_mm), newest_(newest) {}
 
@@ -47,14 +48,15 @@ class SurfaceCompensation {
     core::Status add(SmoothCurve centres, double z_mm, const std::optional<Vec2>& le_hint = {},
                      const std::optional<Vec2>& te_hint = {});
 
-    /// Lays the surface through the sections: O(their number), some milliseconds for 25. Errors: those of fit_surface.
+    /// Lays the surface through the sections: O(their number), some 30 ms for 25, half of that while it grows. Errors:
+    /// those of fit_surface.
     core::Status fit();
 
     /// The part's contour at a height between the first and the last section, about `count` points: three quarters by
     /// length, the others by turning. Errors: fit_not_evaluable (no surface: see `fit`; a height beyond the sections).
     core::Result<ContactContour> contour(double z_mm, std::size_t count = 2400) const;
 
-    /// As the surface has them: with common joints (settle_joints); none before the first `fit`.
+    /// As the surface has them, settled (settle_rows); none before the first `fit`.
     std::span<const SurfaceRow> rows() const { return rows_; }
     /// None until `fit`, and again from the next section on.
     const std::optional<SurfaceFit>& centres() const { return fit_; }

@@ -12,7 +12,14 @@ constexpr double widest_share = 1.0 / 60.0;  // of the period
 constexpr std::size_t least_graded_spans = 24;
 constexpr std::size_t anchor_reach = 4;  // anchors to either side that show the turn
 
+constexpr double usual_sigma_mm = 1e-3;
+constexpr double finest = 0.25, coarsest = 1.2;
+
 }  // namespace
+
+double span_turn(double sigma_mm) {
+    return usual_turn_rad * std::clamp(std::cbrt(sigma_mm / usual_sigma_mm), finest, coarsest);
+}
 
 std::vector<double> graded_knots(std::span<const Vec2> anchors, std::span<const double> t, double period,
                                  double turn_rad, std::size_t most, std::span<const double> widest) {

@@ -9,6 +9,11 @@
 
 namespace cmm::fitting {
 
+/// What a span of a smoothing spline holds at a noise of 1 um.
+inline constexpr double usual_turn_rad = 0.1;
+/// The same at another noise: less where there is less to lose in it.
+double span_turn(double sigma_mm);
+
 /// Knots for a closed curve through `anchors` (noise far below their distance) at ascending parameters `t` in
 /// [t_0, t_0 + period): no span turns by more than about `turn_rad`, none is longer than a sixtieth of the period, and
 /// neighbouring spans differ in length by 2.5 turn_rad at most (0.1 rad: a quarter), so that a curvature that jumps is

@@ -40,6 +40,7 @@ void Roughness::reset(const std::vector<double>& variance, std::size_t window, d
     held_.assign(variance.size(), 0);
     window_ = window;
     few_ = few;
+    scale_known_ = false;
 }
 
 void Roughness::carry_over(const std::vector<std::size_t>& from, const std::vector<Run>& calm) {
@@ -65,6 +66,11 @@ void Roughness::carry_over(const std::vector<std::size_t>& from, const std::vect
     held_.assign(from.size(), 0);
 }
 
+void Roughness::adopt(const std::vector<double>& variance, double few) {
+    reset(variance, window_, few);
+    scale_known_ = true;
+}
+
 void Roughness::hold(std::size_t knot, double variance) {
     variance_[knot] = coarse(variance);
     held_[knot] = 1;
@@ -83,13 +89,25 @@ void Roughness::sum_window(std::vector<double>& values, std::size_t w) {
     values.swap(sums_);
 }
 
+double Roughness::determined(std::size_t knot, double uncertain) const {
+    return std::clamp(1.0 - uncertain / variance_[knot], 0.0, 1.0);
+}
+
 void Roughness::update(const std::vector<double>& jump, const std::vector<double>& uncertain) {
+    if (!scale_known_) update_scale(jump, uncertain);
+    for (std::size_t k = 0; k < variance_.size(); ++k) {
+        if (held_[k] != 0) continue;
+        const double updated = (jump[k] * jump[k] + few_ * scale_[k]) / (determined(k, uncertain[k]) + few_);
+        variance_[k] = coarse(std::max(updated, least_variance));
+    }
+}
+
+void Roughness::update_scale(const std::vector<double>& jump, const std::vector<double>& uncertain) {
     const std::size_t n = variance_.size();
     pull_.resize(n);
     known_.resize(n);
-    const auto determined = [&](std::size_t k) { return std::clamp(1.0 - uncertain[k] / variance_[k], 0.0, 1.0); };
     for (std::size_t k = 0; k < n; ++k) {
-        known_[k] = held_[k] != 0 ? 0.0 : determined(k);
+        known_[k] = held_[k] != 0 ? 0.0 : determined(k, uncertain[k]);
         pull_[k] = held_[k] != 0 ? 1.0 : (jump[k] * jump[k] / scale_[k] + few_) / (known_[k] + few_);
     }
     all(pull_) = all(pull_).log();
@@ -108,11 +126,6 @@ void Roughness::update(const std::vector<double>& jump, const std::vector<double
         log_scale_[k] = (log_scale + log_grid) - log_grid;
     }
     set_scale();
-    for (std::size_t k = 0; k < n; ++k) {
-        if (held_[k] != 0) continue;
-        const double updated = (jump[k] * jump[k] + few_ * scale_[k]) / (determined(k) + few_);
-        variance_[k] = coarse(std::max(updated, least_variance));
-    }
 }
 
 void Roughness::set_scale() {

@@ -6,6 +6,12 @@
 
 namespace cmm::fitting {
 
+/// What the points say of the curve's roughness at a knot.
+struct KnotRoughness {
+    double square = 0.0;  ///< of the curvature's second derivative by length, 1/mm^6
+    double known = 0.0;   ///< the share of it that the points determine; 0 at joints
+};
+
 /// How rough a curve may be, knot by knot: the variance of a scaled jump x_k of the curvature's slope there. A jump is
 /// taken from Student's distribution with a scale that varies slowly along the curve, so that flat sides become stiff
 /// and single ends of arcs stay free. Estimated by maximum evidence: fixed-point updates of MacKay 1992 (Bayesian
@@ -15,6 +21,11 @@ class Roughness {
     /// Starts with `variance` for each knot. `window`: knots to either side that share a scale; `few` is the number of
     /// degrees of freedom of Student's distribution.
     void reset(const std::vector<double>& variance, std::size_t window, double few);
+
+    /// The scale at each knot is known: it stays, and Student's distribution has `few` degrees of freedom. Nothing is
+    /// held.
+    void adopt(const std::vector<double>& variance, double few);
+    bool held(std::size_t knot) const { return held_[knot] != 0; }
 
     const std::vector<double>& variance() const { return variance_; }
 
@@ -35,12 +46,15 @@ class Roughness {
     void sum_window(std::vector<double>& values, std::size_t w);
 
     void set_scale();
+    void update_scale(const std::vector<double>& jump, const std::vector<double>& uncertain);
+    double determined(std::size_t knot, double uncertain) const;
 
     std::vector<double> variance_, log_scale_, scale_;
     std::vector<char> held_;
     std::vector<double> pull_, known_, sums_;
     std::size_t window_ = 2;
     double few_ = 0.3;
+    bool scale_known_ = false;
 };
 
 }  // namespace cmm::fitting

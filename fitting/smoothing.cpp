@@ -21,9 +21,6 @@ using core::ErrorCode;
 constexpr std::size_t points_needed = 12;
 constexpr std::size_t least_spans = 10, most_spans = 512;
 constexpr double anchor_sigmas = 12.0;  // distance of anchors
-constexpr double turn_rad = 0.1;        // that a span holds at 1 um noise
-constexpr double common_sigma_mm = 1e-3;
-constexpr double finest_turn = 0.25;  // of that, where there is hardly any
 constexpr int refinements = 3;
 constexpr int halvings = 8;               // of spans that do not follow their points
 constexpr std::size_t fewest_halved = 4;  // points in such a span
@@ -120,11 +117,10 @@ class Smoothing {
     /// The start: least squares of the points themselves, hardly smoothed; with finer knots as long as the noise turns
     /// out to be smaller than was thought, and where it does not follow points that are `lacking`.
     core::Status start(std::span<const char> lacking) {
-        double turn = turn_rad;
+        double turn = usual_turn_rad;
         for (int attempt = 0;; ++attempt) {
             if (auto status = anew(turn); !status) return status;
-            const double finer =
-                turn_rad * std::clamp(std::cbrt(system_.sigma_mm() / common_sigma_mm), finest_turn, 1.2);
+            const double finer = span_turn(system_.sigma_mm());
             if (attempt == refinements || finer > 0.8 * turn) break;
             turn = finer;
         }
@@ -171,30 +167,6 @@ class Smoothing {
     std::vector<CurvatureStep> joints_;
 };
 
-/// `order`: which input point is which of the system's; `origin`: of its coordinates.
-SmoothCurve finished(SmoothingSystem& system, std::vector<CurvatureStep> joints, std::span<const std::size_t> order,
-                     const Vec2& origin) {
-    const std::size_t n = order.size();
-    SmoothCurve out;
-    out.parameter.resize(n);
-    out.residual.resize(n);
-    out.leverage.resize(n);
-    for (std::size_t i = 0; i < n; ++i) {
-        out.parameter[order[i]] = system.parameters()[i];
-        out.residual[order[i]] = system.residuals()[i];
-        out.leverage[order[i]] = system.leverage(i);
-    }
-    out.sigma_mm = system.sigma_mm();
-    out.freedom = system.freedom();
-    out.joints = std::move(joints);
-    auto pieces = system.curve().pieces();
-    for (auto& piece : pieces)
-        piece[0] += origin;
-    out.curve = PiecewiseCubic(system.breaks(), std::move(pieces), true);
-    out.noise = std::move(system).noise(roughness_doubt);
-    return out;
-}
-
 }  // namespace
 
 core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points) {
@@ -222,47 +194,7 @@ core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points) {
 
     Smoothing smoothing(in_order, std::move(t), chords, points, sigma_mm);
     if (auto status = smoothing.run(); !status) return tl::unexpected(status.error());
-    return finished(smoothing.system(), std::move(smoothing.joints()), order, origin);
-}
-
-core::Result<SmoothCurve> smooth_with_joints(const SmoothCurve& smooth, std::span<const KnownJoint> joints,
-                                             double begin_t) {
-    const std::size_t n = smooth.parameter.size();
-    const double period = smooth.curve.breaks().back() - smooth.curve.breaks().front();
-    const auto from_begin = [&](double t) { return t - begin_t - period * std::floor((t - begin_t) / period); };
-    std::vector<std::size_t> order(n);
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-        return from_begin(smooth.parameter[a]) < from_begin(smooth.parameter[b]);
-    });
-    const Vec2 start = smooth.curve.jet(smooth.curve.breaks().front()).position;
-    const Vec2 origin(std::round(start.x()), std::round(start.y()));
-    std::vector<Vec2> points(n);
-    std::vector<double> t(n);
-    for (std::size_t i = 0; i < n; ++i) {
-        const Jet jet = smooth.curve.jet(smooth.parameter[order[i]]);
-        t[i] = from_begin(smooth.parameter[order[i]]);
-        points[i] = jet.position - origin + smooth.residual[order[i]] * jet.right_normal();
-    }
-    std::vector<double> breaks = breaks_without_joints(smooth);
-    breaks.pop_back();
-    for (double& b : breaks)
-        b = from_begin(b);
-    std::sort(breaks.begin(), breaks.end());
-    // The nearest knot goes to where the curve begins.
-    if (period - breaks.back() < breaks.front())
-        breaks.pop_back();
-    else
-        breaks.erase(breaks.begin());
-    breaks.insert(breaks.begin(), 0.0);
-    breaks.push_back(period);
-    std::vector<KnownJoint> placed(joints.begin(), joints.end());
-    for (KnownJoint& joint : placed)
-        joint.t = from_begin(joint.t);
-    SmoothingSystem system(points, smooth.sigma_mm);
-    auto steps = fit_with_joints(system, breaks, t, placed, tunings);
-    if (!steps) return tl::unexpected(steps.error());
-    return finished(system, std::move(*steps), order, origin);
+    return std::move(smoothing.system()).finish(std::move(smoothing.joints()), order, origin, roughness_doubt);
 }
 
 }  // namespace cmm::fitting

@@ -46,8 +46,10 @@ class CurveNoise {
 
 /// The curvature changes at once.
 struct CurvatureStep {
-    double t = 0.0;     ///< parameter
-    double step = 0.0;  ///< by so much, 1/mm
+    double t = 0.0;              ///< parameter
+    double step = 0.0;           ///< by so much, 1/mm
+    double told_t = 0.0;         ///< where the points alone have it, whatever was known before ...
+    double told_sigma_mm = 0.0;  ///< ... and the standard deviation of that
 };
 
 /// A closed smoothing spline through noisy points (docs/theory.md, "The centre curve").
@@ -66,19 +68,5 @@ struct SmoothCurve {
 /// smoothing follows from the points, locally (docs/theory.md, section 3). O(n). Errors: fit_not_evaluable (fewer than
 /// 12 points, singular).
 core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points);
-
-/// A joint that is known from elsewhere, as from the sections beside.
-struct KnownJoint {
-    double t = 0.0;         ///< on the curve that it is told to
-    double step = 0.0;      ///< of the curvature, 1/mm, roughly
-    double sigma_mm = 0.0;  ///< standard deviation of its place
-};
-
-/// The points of a curve smoothed anew, with the curvature free to jump at these places (in order from `begin_t` round)
-/// and nowhere else. The new curve begins at `begin_t` of the old one, three knots or more from any joint: its
-/// parameters are those of before less `begin_t`, in [0, period]. O(n). Errors: fit_not_evaluable (a joint without
-/// room, singular).
-core::Result<SmoothCurve> smooth_with_joints(const SmoothCurve& smooth, std::span<const KnownJoint> joints,
-                                             double begin_t);
 
 }  // namespace cmm::fitting

@@ -3,74 +3,27 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "fitting/curvature_joints.hpp"
+#include "fitting/joint_knots.hpp"
 
 namespace cmm::fitting {
 namespace {
 
 constexpr int joint_tunings = 3, last_tunings = 2;
 constexpr int most_shifts = 4;  // of the joints
-constexpr std::size_t knots_of_joint = 3;
-constexpr double knot_share = 0.02;  // of a span: how near they are
-constexpr double place_grid_mm = 1e-3;
 constexpr double least_joint_speed = 0.3, most_joint_turn_rad = 0.2;
 constexpr double most_curve_variance = 16.0;   // at a joint, over that of a point
 constexpr double most_control_variance = 4.0;  // over the largest of the curve without joints
 constexpr double told_square = 8.0;            // of a step that no ramp shows, over its variance
 constexpr double lasting_step_share = 0.2;     // of the ramp's
 constexpr double far_shift_sigmas = 2.0;       // of a joint's shift: the step of the curvature times its square
-constexpr std::size_t clear_spans = 3;         // from a known joint to the next, and to where the curve begins
-constexpr double most_known_shift = 2.0;       // of a known joint, over what its place is known to
-
-/// A joint's place is known to some hundredths of a millimetre: what rounding does to it must not move the curve.
-double on_grid(double t) {
-    return std::round(t / place_grid_mm) * place_grid_mm;
-}
 
 double largest_variance_mm2(const SmoothingSystem& system) {
     double largest = 0.0;
     for (std::size_t k = 0; k < system.spans(); ++k)
         largest = std::max(largest, system.control_variance(k));
     return system.sigma_mm() * system.sigma_mm() * largest;
-}
-
-/// The curvature may jump by any step between the first and the last knot; a joint elsewhere by d turns the tangent by
-/// step d: the change of slope at the middle knot is 2 step d / apart^2.
-void free_joint(Roughness& roughness, const KnotCluster& knots, double step, double elsewhere_mm) {
-    const auto& [first, apart] = knots;
-    const double turn = 2.0 * step * elsewhere_mm / (apart * apart * std::sqrt(apart));
-    roughness.hold(first - 1, std::numeric_limits<double>::infinity());
-    roughness.hold(first, turn * turn);
-    roughness.hold(first + 1, std::numeric_limits<double>::infinity());
-}
-
-/// What the curve says of a joint whose knots are `apart`.
-struct SeenJoint {
-    double step = 0.0;   // of the curvature
-    double shift = 0.0;  // from there to where the tangents of both sides agree
-};
-SeenJoint seen_at(const PiecewiseCubic& curve, double t, double apart) {
-    const double before = curve.jet(t - apart).curvature(), behind = curve.jet(t + apart).curvature();
-    const double turn = apart * (curve.jet(t).curvature() - 0.5 * (before + behind));
-    return {behind - before, -turn / (behind - before)};
-}
-
-/// The breaks but for those of the joints.
-std::vector<double> breaks_without(const std::vector<double>& breaks, std::span<const KnotCluster> joints) {
-    std::vector<double> plain;
-    std::size_t next = 0;
-    const auto copy_to = [&](std::size_t end) {
-        plain.insert(plain.end(), breaks.begin() + static_cast<std::ptrdiff_t>(next),
-                     breaks.begin() + static_cast<std::ptrdiff_t>(end));
-    };
-    for (const KnotCluster& joint : joints) {
-        copy_to(joint.first);
-        next = joint.first + knots_of_joint;
-    }
-    copy_to(breaks.size());
-    return plain;
 }
 
 /// One try with given joints.
@@ -97,6 +50,10 @@ class Placement {
     }
 
     const std::vector<CurvatureJoint>& joints() const { return joints_; }
+    void tell_places(std::vector<CurvatureStep>& steps) const {
+        for (std::size_t j = 0; j < steps.size(); ++j)
+            tell_place(system_, knots_[j], steps[j].step, steps[j]);
+    }
     const std::vector<char>& refuted() const { return refuted_; }
 
   private:
@@ -104,10 +61,9 @@ class Placement {
         std::vector<double> places;
         for (const CurvatureJoint& joint : joints_)
             places.push_back(joint.t);
-        if (!system_.change_breaks(breaks_with_joints(plain, places, knots_of_joint, knot_share, knots_), ramps))
-            return false;
+        if (!system_.change_breaks(with_joint_knots(plain, places, knots_), ramps)) return false;
         for (std::size_t j = 0; j < joints_.size(); ++j)
-            free_joint(system_.roughness(), knots_[j], joints_[j].step, 0.5 * joints_[j].width_mm);
+            free_joint(system_, knots_[j], joints_[j].step, 0.5 * joints_[j].width_mm);
         return true;
     }
 
@@ -180,7 +136,7 @@ class Placement {
 
     /// Each joint goes to where the tangents of both sides agree.
     bool shift_all() {
-        const std::vector<double> plain = breaks_without(system_.breaks(), knots_);
+        const std::vector<double> plain = without_joint_knots(system_.breaks(), knots_);
         strayed_ = false;
         for (std::size_t j = 0; j < joints_.size(); ++j) {
             CurvatureJoint& joint = joints_[j];
@@ -202,20 +158,6 @@ class Placement {
     bool strayed_ = false;  // in the latest shift, so far that another one follows
 };
 
-/// Whether joints in order leave each other, and the curve's beginning, their knots.
-bool have_room(std::span<const CurvatureStep> joints, std::span<const double> breaks) {
-    const auto breaks_below = [&](double t) {
-        return static_cast<std::size_t>(std::lower_bound(breaks.begin(), breaks.end(), t) - breaks.begin());
-    };
-    std::size_t before = 0;
-    for (const CurvatureStep& joint : joints) {
-        const std::size_t below = breaks_below(joint.t);
-        if (below < before + clear_spans) return false;
-        before = below;
-    }
-    return before + clear_spans <= breaks.size();
-}
-
 }  // namespace
 
 core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system) {
@@ -232,6 +174,7 @@ core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system) {
             std::vector<CurvatureStep> steps;
             for (const CurvatureJoint& joint : placement.joints())
                 steps.push_back({joint.t, joint.step});
+            placement.tell_places(steps);
             return steps;
         }
         if (auto status = system.restore(plain); !status) return tl::unexpected(status.error());
@@ -245,57 +188,6 @@ core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system) {
     if (auto status = system.refine(last_tunings); !status) return tl::unexpected(status.error());
     system.measure();
     return std::vector<CurvatureStep>{};
-}
-
-core::Result<std::vector<CurvatureStep>> fit_with_joints(SmoothingSystem& system, std::span<const double> breaks,
-                                                         std::span<const double> t, std::span<const KnownJoint> joints,
-                                                         int tunings) {
-    std::vector<CurvatureStep> steps;
-    std::vector<KnotCluster> knots;
-    const auto with_knots = [&](std::span<const double> plain) {
-        std::vector<double> places;
-        for (const CurvatureStep& step : steps)
-            places.push_back(step.t);
-        return breaks_with_joints(plain, places, knots_of_joint, knot_share, knots);
-    };
-    const auto no_room = [] {
-        return core::fail(core::ErrorCode::fit_not_evaluable,
-                          "smoothing spline: a joint of the curvature is too near to another, or to where the curve "
-                          "begins");
-    };
-    const auto refine = [&](int count) {
-        for (std::size_t j = 0; j < joints.size(); ++j)
-            free_joint(system.roughness(), knots[j], steps[j].step, joints[j].sigma_mm);
-        return system.refine(count);
-    };
-    for (const KnownJoint& joint : joints)
-        steps.push_back({on_grid(joint.t), joint.step});
-    if (!have_room(steps, breaks)) return no_room();
-    if (auto status = system.start(with_knots(breaks), t); !status) return tl::unexpected(status.error());
-    if (auto status = refine(tunings); !status) return tl::unexpected(status.error());
-    const std::vector<double> plain = breaks_without(system.breaks(), knots);
-    for (std::size_t j = 0; j < joints.size(); ++j) {
-        const SeenJoint seen = seen_at(system.curve(), steps[j].t, knots[j].apart);
-        const double most = most_known_shift * joints[j].sigma_mm;
-        steps[j] = {on_grid(joints[j].t + std::clamp(steps[j].t + seen.shift - joints[j].t, -most, most)), seen.step};
-    }
-    if (!have_room(steps, plain)) return no_room();
-    if (auto status = system.change_breaks(with_knots(plain), {}); !status) return tl::unexpected(status.error());
-    if (auto status = refine(joint_tunings); !status) return tl::unexpected(status.error());
-    system.measure();
-    return steps;
-}
-
-std::vector<double> breaks_without_joints(const SmoothCurve& smooth) {
-    std::vector<double> plain = smooth.curve.breaks();
-    for (const CurvatureStep& joint : smooth.joints) {
-        const auto above = std::upper_bound(plain.begin() + 1, plain.end() - 1, joint.t);
-        const auto middle = joint.t - above[-1] < *above - joint.t ? above - 1 : above;
-        if (middle - plain.begin() < 2 || plain.end() - middle < 3) continue;
-        plain.erase(middle + 1);
-        plain.erase(middle - 1);
-    }
-    return plain;
 }
 
 }  // namespace cmm::fitting

@@ -16,14 +16,4 @@ namespace cmm::fitting {
 /// system is measured in the end. Returns the joints in order. Errors: fit_not_evaluable (singular without joints).
 core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system);
 
-/// The points of a system smoothed from parameters `t` on `breaks` with knots for these joints, each placed where the
-/// tangents of both sides agree, as far as it is known. The system is measured in the end. Returns the joints. Errors:
-/// fit_not_evaluable (singular).
-core::Result<std::vector<CurvatureStep>> fit_with_joints(SmoothingSystem& system, std::span<const double> breaks,
-                                                         std::span<const double> t, std::span<const KnownJoint> joints,
-                                                         int tunings);
-
-/// Of the three breaks of each joint the middle one is left.
-std::vector<double> breaks_without_joints(const SmoothCurve& smooth);
-
 }  // namespace cmm::fitting

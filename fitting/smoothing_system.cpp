@@ -17,6 +17,8 @@ constexpr std::size_t sharing_knots = 3;  // to either side, that share a scale 
 constexpr double student_freedom = 1.0;
 constexpr double least_speed = 0.05;  // of the parameter, which is nearly a length; below it the curve has a cusp
 constexpr double longest_correction = 0.01;  // of a foot, of the period
+/// The most that a control weighs by a jump, in points: a system of stiffer ones would be singular to rounding.
+constexpr double stiffest = 1e9;
 
 }  // namespace
 
@@ -33,6 +35,7 @@ core::Status SmoothingSystem::start(std::vector<double> breaks, std::span<const 
     breaks_ = std::move(breaks);
     if (auto status = least_squares_.set_knots(breaks_, true); !status) return status;
     spans_ = least_squares_.spans();
+    expected_.assign(spans_, 0.0);
     if (auto status = least_squares_.add({t_, x_, y_}); !status) return status;
     for (std::size_t k = 0; k < spans_; ++k) {
         const auto& third = least_squares_.basis(k).power[3];
@@ -69,6 +72,7 @@ core::Status SmoothingSystem::change_breaks(std::vector<double> breaks, const st
     breaks_ = std::move(breaks);
     if (auto status = least_squares_.set_knots(breaks_, true); !status) return status;
     spans_ = least_squares_.spans();
+    expected_.assign(spans_, 0.0);
     const auto knots = least_squares_.knots();
     controls_.resize(spans_);
     for (std::size_t k = 0; k < spans_; ++k)
@@ -86,6 +90,7 @@ core::Status SmoothingSystem::restore(const State& state) {
     sigma_ = state.sigma_mm;
     if (auto status = least_squares_.set_knots(breaks_, true); !status) return status;
     spans_ = least_squares_.spans();
+    expected_.assign(spans_, 0.0);
     set_curve();
     return {};
 }
@@ -203,7 +208,7 @@ void SmoothingSystem::measure_jumps() {
     }
     for (std::size_t k = 0; k < spans_; ++k) {
         const std::size_t next = wrapped(k + 1);
-        const double scale = 1.0 / std::sqrt(0.5 * (length_[k] + length_[next]));
+        const double scale = 1.0 / std::sqrt(mean_length_mm(k));
         jump_[k] = scale * (slope_[next] - slope_[k]);
         for (std::size_t a = 0; a < 5; ++a)
             jump_row_[k][a] = scale * ((a > 0 ? slope_row_[next][a - 1] : 0.0) - (a < 4 ? slope_row_[k][a] : 0.0));
@@ -243,10 +248,11 @@ bool SmoothingSystem::solve(double times) {
     weighted_row_.resize(spans_);
     displacement_ = moment_;
     for (std::size_t k = 0; k < spans_; ++k) {
-        const double weight = sigma_ * sigma_ / (times * variance[k]);
+        const double middle = jump_row_[k][2];
+        const double weight = std::min(sigma_ * sigma_ / (times * variance[k]), stiffest / (middle * middle));
         for (std::size_t a = 0; a < 5; ++a) {
             weighted_row_[k][a] = weight * jump_row_[k][a];
-            displacement_[wrapped(k + a)] -= weighted_row_[k][a] * jump_[k];
+            displacement_[wrapped(k + a)] -= weighted_row_[k][a] * (jump_[k] - expected_[k]);
         }
     }
     normal_.reset(spans_, true);
@@ -272,12 +278,13 @@ void SmoothingSystem::tune() {
     normal_.invert(inverse_);
     moved_.resize(spans_);
     uncertain_.resize(spans_);
+    told_.resize(spans_);
     freedom_ = 3.0;
     const auto& variance = roughness_.variance();
     double squares = residual_squares_;  // |r - B d|^2
     for (std::size_t k = 0; k < spans_; ++k) {
         const Five& row = jump_row_[k];
-        double jump = jump_[k], spread = 0.0;
+        double jump = jump_[k] - expected_[k], spread = 0.0;
         for (std::size_t a = 0; a < 5; ++a) {
             const std::size_t control = wrapped(k + a);
             const auto& inverse = inverse_[control];
@@ -289,7 +296,8 @@ void SmoothingSystem::tune() {
         }
         moved_[k] = jump;
         uncertain_[k] = std::max(spread, 0.0) * sigma_ * sigma_;
-        freedom_ += 1.0 - std::min(1.0, uncertain_[k] / variance[k]);
+        told_[k] = 1.0 - std::min(1.0, uncertain_[k] / variance[k]);
+        freedom_ += told_[k];
         double sum = gram_[k][0] * displacement_[k] - 2.0 * moment_[k];
         for (std::size_t m = 1; m < 4; ++m)
             sum += 2.0 * gram_[k][m] * displacement_[before(k, m)];
@@ -365,8 +373,31 @@ double SmoothingSystem::step_variance(double from_t, double to_t) const {
     return sigma_ * sigma_ * sum;
 }
 
-CurveNoise SmoothingSystem::noise(double times) && {
-    if (solve(times)) normal_.invert(inverse_);
+SmoothCurve SmoothingSystem::finish(std::vector<CurvatureStep> joints, std::span<const std::size_t> order,
+                                    const Vec2& origin, double doubt) && {
+    const std::size_t n = order.size();
+    SmoothCurve out;
+    out.parameter.resize(n);
+    out.residual.resize(n);
+    out.leverage.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        out.parameter[order[i]] = t_[i];
+        out.residual[order[i]] = residual_[i];
+        out.leverage[order[i]] = leverage(i);
+    }
+    out.sigma_mm = sigma_;
+    out.freedom = freedom_;
+    out.joints = std::move(joints);
+    auto pieces = curve_.pieces();
+    for (auto& piece : pieces)
+        piece[0] += origin;
+    out.curve = PiecewiseCubic(breaks_, std::move(pieces), true);
+    out.noise = std::move(*this).noise(doubt);
+    return out;
+}
+
+CurveNoise SmoothingSystem::noise(double doubt) && {
+    if (solve(doubt)) normal_.invert(inverse_);
     std::vector<Four> covariance(spans_);
     for (std::size_t k = 0; k < spans_; ++k)
         for (std::size_t m = 0; m < 4; ++m)

@@ -38,6 +38,8 @@ class SmoothingSystem {
     void measure();
     /// The second half of it: `slopes`, `lengths_mm`.
     void measure_jumps();
+    /// The jump at a knot is expected to be this, not nothing, on these breaks.
+    void expect_jump(std::size_t knot, double jump) { expected_[knot] = jump; }
 
     /// What the next `measure` starts from, to come back to it.
     struct State {
@@ -53,6 +55,7 @@ class SmoothingSystem {
     const std::vector<double>& breaks() const { return breaks_; }
     const PiecewiseCubic& curve() const { return curve_; }
     Roughness& roughness() { return roughness_; }
+    const Roughness& roughness() const { return roughness_; }
     double sigma_mm() const { return sigma_; }
     double freedom() const { return freedom_; }                        ///< effective number of parameters
     const std::vector<double>& slopes() const { return slope_; }       ///< of the curvature by length, a span, 1/mm^2
@@ -64,12 +67,24 @@ class SmoothingSystem {
     double control_variance(std::size_t control) const { return inverse_[wrapped(control)][0]; }
     double variance(std::size_t span, const std::array<double, 4>& values) const;
     double leverage(std::size_t point) const;
+    /// The share of the jump at a knot that the points determine.
+    double told(std::size_t knot) const { return told_[knot]; }
+    /// The jump at a knot less what was expected.
+    double moved(std::size_t knot) const { return moved_[knot]; }
+    KnotRoughness told_roughness(std::size_t knot) const {
+        if (roughness_.held(knot)) return {};
+        return {moved_[knot] * moved_[knot] / mean_length_mm(knot), told_[knot]};
+    }
+    /// Of the spans to either side of a knot.
+    double mean_length_mm(std::size_t knot) const { return 0.5 * (length_[knot] + length_[wrapped(knot + 1)]); }
     /// Of the change of the curvature from one parameter to another, 1/mm^2 (not over sigma_mm^2). O(controls).
     double step_variance(double from_t, double to_t) const;
     const CubicBasis& basis(std::size_t span) const { return least_squares_.basis(span); }
 
-    /// The uncertainty of a curve so many times as rough. The system itself is used up.
-    CurveNoise noise(double times) &&;
+    /// The measured curve with its joints. `order`: which point of the result is which of the system's; `origin`: of
+    /// its coordinates. The uncertainty is that of a curve `doubt` times as rough. The system is used up.
+    SmoothCurve finish(std::vector<CurvatureStep> joints, std::span<const std::size_t> order, const Vec2& origin,
+                       double doubt) &&;
 
   private:
     using Four = std::array<double, 4>;
@@ -94,6 +109,7 @@ class SmoothingSystem {
     void tune();
     void move();
     void set_curve();
+    CurveNoise noise(double doubt) &&;
 
     std::vector<double> x_, y_, t_, residual_;
     std::vector<std::uint32_t> span_;
@@ -106,6 +122,7 @@ class SmoothingSystem {
     std::vector<Vec2> controls_;
     PiecewiseCubic curve_;
     std::vector<double> length_, slope_, jump_;  // of the curvature by length: per span, and scaled jump per knot
+    std::vector<double> expected_;               // jumps
     std::vector<Four> slope_row_;
     std::vector<Five> jump_row_, weighted_row_;
     std::vector<Four> gram_;  // of controls k and k, k - 1, k - 2, k - 3, by the points
@@ -113,7 +130,7 @@ class SmoothingSystem {
     double residual_squares_ = 0.0;
     BandSolver<4> normal_;
     std::vector<BandSolver<4>::Row> inverse_;
-    std::vector<double> displacement_, moved_, uncertain_;
+    std::vector<double> displacement_, moved_, uncertain_, told_;
     Roughness roughness_;
 };
 

@@ -14,6 +14,7 @@
 #include "fitting/column_smoother.hpp"
 #include "fitting/curvature_joints.hpp"
 #include "fitting/knot_spacing.hpp"
+#include "fitting/row_alignment.hpp"
 #include "fitting/statistics.hpp"
 #include "fitting/surface_index.hpp"
 
@@ -47,7 +48,7 @@ tl::unexpected<core::Error> unusable(const std::string& why) {
 class RowsFitter {
   public:
     RowsFitter(std::span<const SurfaceRow> rows, const SurfaceFitOptions& options)
-        : rows_(rows), options_(options), alignment_(rows), smoother_(heights(rows), options.beyond_mm) {}
+        : rows_(rows), options_(options), alignment_(features_of(rows)), smoother_(heights(rows), options.beyond_mm) {}
 
     core::Result<SurfaceFit> run() {
         place_knots();

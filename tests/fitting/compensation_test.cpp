@@ -201,7 +201,7 @@ TEST(Compensation, ASectionIsProvisionalUntilTheNextHasClosed) {
 TEST(Compensation, AGrowingSurfaceIsThatOfTheNewestSections) {
     const families::TwistedBlade blade(families::Family::compressor, 2);
     const auto rows = families::scan_rows(blade, 8, 10, 40, {});
-    SurfaceCompensation all(ball_mm), newest(ball_mm, 4), last(ball_mm);
+    SurfaceCompensation all(ball_mm), newest(ball_mm, 4), last(ball_mm, 4);
     for (std::size_t k = 0; k < rows.rows.size(); ++k)
         for (SurfaceCompensation* surface : {&all, &newest, &last}) {
             if (surface == &last && k < 4) continue;
@@ -214,7 +214,7 @@ TEST(Compensation, AGrowingSurfaceIsThatOfTheNewestSections) {
     EXPECT_EQ(newest.rows()[0].z_mm(), rows.heights[4]);
     EXPECT_FALSE(newest.contour(rows.heights[3]));
     const double z = rows.heights[6];
-    EXPECT_LT(families::contour_change_mm(*newest.contour(z), *last.contour(z)), 1e-4) << "edges by their neighbours";
+    EXPECT_LT(families::contour_change_mm(*newest.contour(z), *last.contour(z)), 1e-4);
     EXPECT_LT(families::contour_change_mm(*newest.contour(z), *all.contour(z)), 0.003);
 }
 

@@ -18,7 +18,7 @@ namespace {
 using airfoil::Airfoil;
 using Spacing = Airfoil::Spacing;
 
-std::vector<Vec2> ellipse(std::size_t n, double sigma, std::uint64_t seed) {
+std::vector<Vec2> noisy_ellipse(std::size_t n, double sigma, std::uint64_t seed) {
     core::Rng rng(seed);
     std::vector<Vec2> points;
     for (std::size_t i = 0; i < n; ++i) {
@@ -68,13 +68,13 @@ Deviation deviation(const Airfoil& truth, std::size_t count, Spacing spacing, do
 }
 
 TEST(Smoothing, FollowsExactPoints) {
-    const auto smooth = smooth_closed(ellipse(400, 0.0, 1));
+    const auto smooth = smooth_closed(noisy_ellipse(400, 0.0, 1));
     ASSERT_TRUE(smooth);
     EXPECT_LT(worst_error(*smooth), 1e-4);
 }
 
 TEST(Smoothing, AveragesNoise) {
-    const auto smooth = smooth_closed(ellipse(4000, 0.001, 2));
+    const auto smooth = smooth_closed(noisy_ellipse(4000, 0.001, 2));
     ASSERT_TRUE(smooth);
     EXPECT_LT(worst_error(*smooth), 0.0006) << "the noise itself reaches 0.0035";
     EXPECT_NEAR(smooth->sigma_mm, 0.001, 5e-5);
@@ -132,7 +132,7 @@ TEST(Smoothing, IntervalsHoldTheTruth) {
 }
 
 TEST(Smoothing, KnotsGatherWhereItCurves) {
-    const auto smooth = smooth_closed(ellipse(2000, 0.001, 3));
+    const auto smooth = smooth_closed(noisy_ellipse(2000, 0.001, 3));
     ASSERT_TRUE(smooth);
     std::size_t tips = 0, sides = 0;
     const auto& curve = smooth->curve;
@@ -207,56 +207,8 @@ TEST(LackOfFit, RunsOnOneSideAre) {
     EXPECT_EQ(std::count(floored.begin(), floored.end(), 1), 0);
 }
 
-TEST(Smoothing, KnownJointsNeedRoom) {
-    const auto points = Airfoil(1.0).scan(600, Spacing::even, 1e-3, 3);
-    const auto smooth = smooth_closed(points);
-    ASSERT_TRUE(smooth);
-    const auto& breaks = smooth->curve.breaks();
-    const std::size_t middle = breaks.size() / 2;
-    const auto with = [&](const std::vector<double>& places) {
-        std::vector<KnownJoint> joints;
-        for (const double t : places)
-            joints.push_back({t, 0.1, 0.02});
-        return smooth_with_joints(*smooth, joints, breaks.front());
-    };
-    const auto one = with({breaks[middle] + 0.01});
-    ASSERT_TRUE(one);
-    ASSERT_EQ(one->joints.size(), 1U);
-    EXPECT_NEAR(one->joints[0].t, breaks[middle], 0.06);
-    EXPECT_EQ(one->parameter.size(), points.size());
-    for (const double t : {breaks.front(), 0.5 * (breaks[0] + breaks[1]),
-                           0.5 * (breaks.back() + breaks[breaks.size() - 2]), std::nan("")})
-        EXPECT_FALSE(with({t})) << "at " << t << ", where the curve begins";
-    EXPECT_FALSE(with({breaks[middle], breaks[middle] + 0.001})) << "two in one place";
-    // It may begin elsewhere.
-    const double begin_t = breaks[middle] - 20.0, period = breaks.back() - breaks.front();
-    const auto turned =
-        smooth_with_joints(*smooth, std::vector<KnownJoint>{{breaks[middle] + 0.01, 0.1, 0.02}}, begin_t);
-    ASSERT_TRUE(turned);
-    EXPECT_EQ(turned->curve.breaks().front(), 0.0);
-    EXPECT_NEAR(turned->joints[0].t, 20.0, 0.06);
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const double apart = turned->parameter[i] + begin_t - one->parameter[i];
-        EXPECT_NEAR(std::remainder(apart, period), 0.0, 1e-3);
-        EXPECT_NEAR(turned->residual[i], one->residual[i], 1e-3);
-    }
-    core::Rng rng(4);
-    int fitted = 0;
-    for (int k = 0; k < 100; ++k) {
-        std::vector<double> places(1 + rng.below(5));
-        for (double& t : places)
-            t = rng.uniform(breaks.front(), breaks.back());
-        std::sort(places.begin(), places.end());
-        const auto curve = with(places);
-        if (!curve) continue;
-        ++fitted;
-        EXPECT_NEAR(curve->sigma_mm, 1e-3, 0.3e-3);
-    }
-    EXPECT_GT(fitted, 50);
-}
-
 TEST(Smoothing, RefusesTooFewPoints) {
-    EXPECT_FALSE(smooth_closed(ellipse(11, 0.0, 1)));
+    EXPECT_FALSE(smooth_closed(noisy_ellipse(11, 0.0, 1)));
 }
 
 }  // namespace

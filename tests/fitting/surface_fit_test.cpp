@@ -7,90 +7,13 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
-#include <limits>
-#include <span>
 
 #include "core/rng.hpp"
-#include "support/twisted_blade.hpp"
+#include "fitting/row_alignment.hpp"
+#include "support/measured_rows.hpp"
 
 namespace cmm::fitting {
 namespace {
-
-struct MeasuredRows {
-    std::vector<Vec3> points;
-    std::vector<SurfaceRow> rows;
-};
-
-/// Rows of 340 to 460 points on the part itself, 1 um noise along the normal.
-MeasuredRows measured_rows(const families::TwistedBlade& blade, std::size_t count) {
-    MeasuredRows result;
-    std::optional<Vec2> le, te;
-    for (std::size_t k = 0; k < count; ++k) {
-        const double z = 2 + (blade.height() - 4) * double(k) / double(count - 1);
-        families::ScanOptions scanning;
-        scanning.ball_mm = 0.0;
-        scanning.bad_share = 0.0;
-        scanning.points = 340 + k * 37 % 121;
-        scanning.seed = 1 + k;
-        const auto row = families::scan_rows(blade, 1, z, z, scanning).rows[0];
-        std::vector<Vec2> plane;
-        for (const Vec3& p : row)
-            plane.push_back(p.head<2>());
-        if (!le) {
-            le = blade.outline(z).le().nose;
-            te = blade.outline(z).te().nose;
-        }
-        auto made = SurfaceRow::make(smooth_closed(plane).value(), z, 0.0, le, te);
-        EXPECT_TRUE(made);
-        le = made->le();
-        te = made->te();
-        result.rows.push_back(std::move(*made));
-        result.points.insert(result.points.end(), row.begin(), row.end());
-    }
-    return result;
-}
-
-/// Where an arc meets a side; single rows know the place to some hundredths of a millimetre, or not at all.
-TEST(SurfaceRows, HaveTheirJointsInCommon) {
-    const families::TwistedBlade blade(families::Family::turbine, 3);
-    const MeasuredRows data = measured_rows(blade, 24);
-    const auto settled = settle_joints(data.rows);
-    ASSERT_EQ(settled.size(), data.rows.size());
-    double own_squares = 0.0, squares = 0.0, largest = 0.0;
-    std::size_t own_count = 0;
-    for (std::size_t k = 0; k < settled.size(); ++k) {
-        const auto off = [&](const SurfaceRow& row, double t) {
-            const Vec2 p = row.smooth().curve.jet(t).position;
-            double nearest = std::numeric_limits<double>::infinity();
-            for (const double joint : {1.0, 2.0, 3.0, 4.0})
-                nearest = std::min(nearest, (p - blade.at(joint, row.z_mm()).position.head<2>()).norm());
-            return nearest;
-        };
-        for (const auto& joint : data.rows[k].joints())
-            if (joint) {
-                own_squares += std::pow(off(data.rows[k], data.rows[k].parameter(joint->s_mm)), 2);
-                ++own_count;
-            }
-        ASSERT_EQ(settled[k].smooth().joints.size(), 4U) << "row " << k;
-        for (const CurvatureStep& joint : settled[k].smooth().joints) {
-            squares += std::pow(off(settled[k], joint.t), 2);
-            largest = std::max(largest, off(settled[k], joint.t));
-        }
-        EXPECT_EQ(settled[k].smooth().parameter.size(), data.rows[k].smooth().parameter.size());
-        EXPECT_NEAR(settled[k].smooth().sigma_mm, 1e-3, 0.2e-3);
-    }
-    const double own_rms = std::sqrt(own_squares / double(own_count)), rms = std::sqrt(squares / (4.0 * 24.0));
-    std::cout << "joints off: " << own_rms << " mm by single rows (" << own_count << " of 96), " << rms
-              << " mm together, at most " << largest << "\n";
-    EXPECT_LT(own_count, 96U) << "nothing to find out";
-    EXPECT_LT(rms, 0.3 * own_rms);
-
-    // A single row has nobody to ask.
-    const auto alone = settle_joints(std::span(data.rows).first(1));
-    ASSERT_EQ(alone.size(), 1U);
-    EXPECT_EQ(alone[0].smooth().joints.size(), data.rows[0].smooth().joints.size());
-    EXPECT_TRUE(settle_joints({}).empty());
-}
 
 TEST(SurfaceFit, RowsOfUnequalLength) {
     const families::TwistedBlade blade(families::Family::compressor, 6);
@@ -136,7 +59,7 @@ TEST(SurfaceFit, RowsOfUnequalLength) {
 TEST(SurfaceFit, AlignsTheEdgesOfTheRows) {
     const families::TwistedBlade blade(families::Family::turbine, 6);
     const MeasuredRows data = measured_rows(blade, 12);
-    const RowAlignment alignment(data.rows);
+    const RowAlignment alignment(features_of(data.rows));
     double nearest = 1.0, farthest = 0.0;
     for (std::size_t k = 0; k < data.rows.size(); ++k) {
         const auto outline = blade.outline(data.rows[k].z_mm());
