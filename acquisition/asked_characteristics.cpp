@@ -10,18 +10,12 @@
 #include "acquisition/evaluation.hpp"
 #include "acquisition/section_alignment.hpp"
 #include "core/text.hpp"
-#include "fitting/area_measures.hpp"
-#include "fitting/chord.hpp"
-#include "fitting/throat.hpp"
 
 namespace cmm::acquisition {
 namespace {
 
 using fitting::Measure;
 using Kind = CharacteristicKind;
-
-constexpr std::size_t nominal_points = 1200;  // exact ones, with tangents: between them the error is below a nanometre
-constexpr double spread_by_turning = 0.25;    // as measured contours are sampled
 
 tl::unexpected<core::Error> refuse(const std::string& why) {
     return core::fail(core::ErrorCode::fit_not_evaluable, why);
@@ -34,95 +28,20 @@ double near(double value, double reference, Unit unit) {
 
 }  // namespace
 
-fitting::SectionFit section_of_nominal(const fitting::NominalSection& nominal) {
-    fitting::SectionFit fit;
-    fit.closed = true;
-    const auto& curve = nominal.curve();
-    // Fine steps of length, then equal steps of a mixed measure of length and turning.
-    const std::size_t fine = 2 * nominal_points;
-    std::vector<fitting::CurvePoint> at(fine + 1);
-    std::vector<double> turn(fine + 1, 0.0);
-    for (std::size_t k = 0; k <= fine; ++k) {
-        const double s = curve.length() * static_cast<double>(k) / static_cast<double>(fine);
-        at[k] = curve.evaluate(nominal.le_mm() + s);
-        if (k > 0) turn[k] = turn[k - 1] + std::abs(fitting::turn_between(at[k - 1].normal, at[k].normal));
-    }
-    std::size_t k = 0;
-    for (std::size_t i = 0; i < nominal_points; ++i) {
-        const double wanted = static_cast<double>(i) / static_cast<double>(nominal_points);
-        const auto measure = [&](std::size_t j) {
-            return (1.0 - spread_by_turning) * static_cast<double>(j) / static_cast<double>(fine) +
-                   spread_by_turning * turn[j] / turn[fine];
-        };
-        while (k + 1 < fine && measure(k + 1) <= wanted)
-            ++k;
-        const double share = (wanted - measure(k)) / (measure(k + 1) - measure(k));
-        const double s = curve.length() * (static_cast<double>(k) + share) / static_cast<double>(fine);
-        const auto place = curve.evaluate(nominal.le_mm() + s);
-        fitting::ContourPoint point;
-        point.position_mm = place.position;
-        point.normal = place.normal;
-        point.zone = nominal.zone_at(curve.wrap(nominal.le_mm() + s));
-        point.arc_length_mm = s;
-        fit.contour.push_back(point);
-    }
-    fit.le_point_mm = nominal.le_point();
-    fit.te_point_mm = nominal.te_point();
-    fit.le_scale_mm = nominal.le_radius_mm();
-    fit.te_scale_mm = nominal.te_radius_mm();
-    fit.le.why = fit.te.why = "a nominal has no fitted circle";
-    return fit;
-}
-
 AskedCharacteristics::AskedCharacteristics(fitting::MeasuredSection& section,
                                            std::span<const std::optional<double>> deviation_mm,
-                                           const fitting::NominalSection* nominal, FormProfile form,
-                                           const DecisionRule& rule, const fitting::Datum* datum)
+                                           const fitting::NominalSection* nominal, const NominalMeasures* measures,
+                                           FormProfile form, const DecisionRule& rule, const fitting::Datum* datum)
     : section_(section),
       deviation_mm_(deviation_mm),
       nominal_(nominal),
+      measures_(measures),
       form_(std::move(form)),
       rule_(rule),
       datum_(datum) {}
 
 fitting::NumberUncertainty AskedCharacteristics::uncertainty(const Measure& measure) const {
     return section_.uncertainty(datum_ != nullptr ? datum_->of_aligned(measure, section_.contour()) : measure);
-}
-
-core::Result<Measure> AskedCharacteristics::measure(const CharacteristicSpec& spec, fitting::MeasuredSection& section) {
-    switch (spec.kind) {
-        case Kind::chord:
-            return fitting::measure_chord(section, spec.chord, spec.direction_rad);
-        case Kind::axial_chord:
-            return fitting::measure_chord(section, fitting::ChordMethod::x_axis);
-        case Kind::stagger:
-            return fitting::measure_stagger(section, spec.stagger);
-        case Kind::max_thickness:
-            return fitting::measure_max_thickness(section);
-        case Kind::max_thickness_position:
-            return fitting::measure_max_thickness_position(section, spec.position);
-        case Kind::le_thickness:
-            return fitting::measure_edge_thickness(section, fitting::EdgeName::le, spec.distance_mm);
-        case Kind::te_thickness:
-            return fitting::measure_edge_thickness(section, fitting::EdgeName::te, spec.distance_mm);
-        case Kind::le_angle:
-            return fitting::measure_edge_angle(section, fitting::EdgeName::le, spec.near_mm, spec.far_mm,
-                                               spec.reference);
-        case Kind::te_angle:
-            return fitting::measure_edge_angle(section, fitting::EdgeName::te, spec.near_mm, spec.far_mm,
-                                               spec.reference);
-        case Kind::area:
-            return fitting::measure_area(section).area;
-        case Kind::centroid_x:
-            return fitting::measure_area(section).centroid_x;
-        case Kind::centroid_y:
-            return fitting::measure_area(section).centroid_y;
-        case Kind::throat:
-            return fitting::measure_throat(
-                section, spec.pitch_mm * fitting::Vec2(std::cos(spec.direction_rad), std::sin(spec.direction_rad)));
-        default:
-            return refuse("no measure of the contour alone");
-    }
 }
 
 const core::Result<fitting::BestFit>& AskedCharacteristics::best_fit() {
@@ -135,23 +54,11 @@ const core::Result<fitting::BestFit>& AskedCharacteristics::best_fit() {
     return *best_fit_;
 }
 
-fitting::MeasuredSection& AskedCharacteristics::nominal_section() {
-    if (!nominal_section_) {
-        nominal_fit_.emplace(section_of_nominal(*nominal_));
-        nominal_section_.emplace(*nominal_fit_);
-    }
-    return *nominal_section_;
-}
-
-core::Result<double> AskedCharacteristics::nominal_of(const CharacteristicSpec& spec) {
+core::Result<double> AskedCharacteristics::nominal_of(const CharacteristicSpec& spec) const {
     if (const auto known = nominal_without_section(spec)) return *known;
     if (nominal_ == nullptr) return refuse("no nominal is given, and there is no nominal section");
-    if (spec.kind == Kind::le_radius) return nominal_->le_radius_mm();
-    if (spec.kind == Kind::te_radius) return nominal_->te_radius_mm();
-    if (is_curvature(spec.kind)) return curvature_of_nominal(spec, *nominal_, nominal_section().contour());
-    const auto measured = measure(spec, nominal_section());
-    if (!measured) return refuse("of the nominal section: " + measured.error().message);
-    return measured->value;
+    const auto* value = measures_->find(spec);
+    return value != nullptr ? *value : refuse("the nominal section was not asked for it");
 }
 
 Characteristic AskedCharacteristics::curvature(const CharacteristicSpec& spec) {
@@ -162,7 +69,7 @@ Characteristic AskedCharacteristics::curvature(const CharacteristicSpec& spec) {
         c.unit = unit_of(spec.kind);
         return c;
     }
-    const CurvatureNominal nominal{*nominal_, nominal_section().contour(), fit->motion};
+    const CurvatureNominal nominal{*nominal_, measures_->contour(), fit->motion};
     return curvature_extreme(spec, section_, &nominal, rule_);
 }
 
@@ -194,11 +101,6 @@ Characteristic AskedCharacteristics::by_best_fit(const CharacteristicSpec& spec)
     c.note = "of the section against its nominal, about x " + core::fixed(fit->motion.about_mm.x(), 3) + " mm, y " +
              core::fixed(fit->motion.about_mm.y(), 3) + " mm; " + core::length_text(fit->rms_mm) + " rms are left";
     return c;
-}
-
-std::optional<double> nominal_without_section(const CharacteristicSpec& spec) {
-    if (is_zone_width(spec.kind)) return std::nullopt;
-    return needs_best_fit(spec.kind) ? spec.nominal.value_or(0.0) : spec.nominal;
 }
 
 void set_limits(const CharacteristicSpec& spec, Characteristic& c) {
@@ -236,7 +138,7 @@ Characteristic AskedCharacteristics::make(const CharacteristicSpec& spec, const 
     } else if (needs_best_fit(spec.kind)) {
         c = by_best_fit(spec);
     } else {
-        const auto measured = measure(spec, section_);
+        const auto measured = measure_of(spec, section_);
         if (measured) {
             c.method = measured->method;
             const auto u = uncertainty(*measured);

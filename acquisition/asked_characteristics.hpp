@@ -8,6 +8,7 @@
 
 #include "acquisition/characteristic_spec.hpp"
 #include "acquisition/decision_rule.hpp"
+#include "acquisition/nominal_measures.hpp"
 #include "acquisition/section_result.hpp"
 #include "fitting/best_fit.hpp"
 #include "fitting/datum.hpp"
@@ -17,17 +18,18 @@
 namespace cmm::acquisition {
 
 /// Makes the characteristics that a part file asks for, of a closed section; one that cannot be evaluated says why.
-/// What several of them need (best fit, the nominal as a section) is made once, when it is first asked for. The section
-/// and what is given must outlive it; one owner.
+/// The best fit, which several of them need, is made once, when it is first asked for. The section and what is given
+/// must outlive it; one owner.
 class AskedCharacteristics {
   public:
-    /// `form`: the deviation profile of a zone after the best fit, given how points go to the nominal's frame; only
-    /// called with a nominal. `deviation_mm`: as of the result, empty without a nominal. `datum`: by which the section
-    /// was carried into the nominal's frame, where it was; outlives this.
+    /// `measures`: of the nominal, for all that `make` will be asked for; with a nominal. `form`: the deviation profile
+    /// of a zone after the best fit, given how points go to the nominal's frame; only called with a nominal.
+    /// `deviation_mm`: as of the result, empty without a nominal. `datum`: by which the section was carried into the
+    /// nominal's frame, where it was; outlives this.
     using FormProfile = std::function<Characteristic(const CharacteristicSpec&, const fitting::BestFit&)>;
     AskedCharacteristics(fitting::MeasuredSection& section, std::span<const std::optional<double>> deviation_mm,
-                         const fitting::NominalSection* nominal, FormProfile form, const DecisionRule& rule,
-                         const fitting::Datum* datum = nullptr);
+                         const fitting::NominalSection* nominal, const NominalMeasures* measures, FormProfile form,
+                         const DecisionRule& rule, const fitting::Datum* datum = nullptr);
 
     /// `known`: what is judged in any case; a radius is taken from there.
     /// Where the section lies to its nominal; none where there is no best fit.
@@ -35,10 +37,8 @@ class AskedCharacteristics {
     Characteristic make(const CharacteristicSpec& spec, const SectionResult& known);
 
   private:
-    core::Result<fitting::Measure> measure(const CharacteristicSpec& spec, fitting::MeasuredSection& section);
     const core::Result<fitting::BestFit>& best_fit();
-    fitting::MeasuredSection& nominal_section();
-    core::Result<double> nominal_of(const CharacteristicSpec& spec);
+    core::Result<double> nominal_of(const CharacteristicSpec& spec) const;
     Characteristic curvature(const CharacteristicSpec& spec);
     fitting::NumberUncertainty uncertainty(const fitting::Measure& measure) const;
     Characteristic by_best_fit(const CharacteristicSpec& spec);
@@ -47,20 +47,14 @@ class AskedCharacteristics {
     fitting::MeasuredSection& section_;
     std::span<const std::optional<double>> deviation_mm_;
     const fitting::NominalSection* nominal_;
+    const NominalMeasures* measures_;
     FormProfile form_;
     DecisionRule rule_;
     const fitting::Datum* datum_;
     std::optional<core::Result<fitting::BestFit>> best_fit_;
-    std::optional<fitting::SectionFit> nominal_fit_;
-    std::optional<fitting::MeasuredSection> nominal_section_;
 };
 
-/// That of the part file, and 0 of displacement and twist; of others none: it is that of the nominal section.
-std::optional<double> nominal_without_section(const CharacteristicSpec& spec);
 /// The requirement of `spec` and, where the nominal is known (of a zone it is 0), its limits.
 void set_limits(const CharacteristicSpec& spec, Characteristic& c);
-
-/// A nominal as a section that was measured without error, with 1 200 points.
-fitting::SectionFit section_of_nominal(const fitting::NominalSection& nominal);
 
 }  // namespace cmm::acquisition

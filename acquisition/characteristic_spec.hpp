@@ -93,6 +93,7 @@ struct CharacteristicSpec {
 
     bool has_tolerance() const { return below || above; }
     bool is_of(std::size_t section) const;
+    bool operator==(const CharacteristicSpec&) const = default;
 };
 
 /// What it is called where nobody says otherwise: name, method (a word of the field) unless it is the usual one, zone,

@@ -112,8 +112,12 @@ void add_asked(SectionResult& section, fitting::MeasuredSection& measured, const
                const fitting::NominalSection* curve, const EvaluationOptions& options, const fitting::Datum* datum) {
     FormProfiles forms(section, measured.fit().contour, nominal, curve, options);
     const auto form = [&](const CharacteristicSpec& spec, const fitting::BestFit& fit) { return forms.of(spec, fit); };
-    AskedCharacteristics asked(measured, section.deviation_mm, nominal != nullptr ? curve : nullptr, form, options.rule,
-                               datum);
+    const fitting::NominalSection* const of_nominal = nominal != nullptr ? curve : nullptr;
+    std::optional<NominalMeasures> own;
+    const NominalMeasures* measures = options.nominal_measures;
+    if (measures == nullptr && of_nominal != nullptr && !options.asked.empty())
+        measures = &own.emplace(*of_nominal, section.index, options.asked);
+    AskedCharacteristics asked(measured, section.deviation_mm, of_nominal, measures, form, options.rule, datum);
     for (const auto& spec : options.asked) {
         if (spec.kind == CharacteristicKind::points_out) {
             if (spec.is_of(section.index)) replace_or_add(points_out(spec, section, options), section);

@@ -8,6 +8,7 @@
 #include "acquisition/characteristic.hpp"
 #include "acquisition/characteristic_spec.hpp"
 #include "acquisition/decision_rule.hpp"
+#include "acquisition/nominal_measures.hpp"
 #include "acquisition/reference_contour.hpp"
 #include "acquisition/section_alignment.hpp"
 #include "acquisition/section_result.hpp"
@@ -28,6 +29,7 @@ struct EvaluationOptions {
     std::optional<fitting::EdgeModel> le_model, te_model;
     DecisionRule rule;
     AlignmentSpec alignment;
+    const NominalMeasures* nominal_measures = nullptr;  ///< for `asked`, where they are made already
 };
 
 /// Judges a section. `section` brings index, name, z and points; the fit's verdicts are copied to the points. A failed

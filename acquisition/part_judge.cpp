@@ -48,11 +48,11 @@ const SectionResult& PartJudge::take_over(const SectionSetup& setup, SectionResu
     const auto place = static_cast<std::size_t>(known - sections_.begin());
     if (known == sections_.end()) sections_.push_back(std::make_unique<Judged>());
     Judged& judged = *sections_[place];
-    judged = Judged{&setup, std::move(result), {}, {}};
+    judged = Judged{&setup, std::move(result), false, {}, {}};
     const CompensationMethod method = setup.fitting.compensation;
     judged.result.compensation.asked = method;
     if (has_ball_to_take_off(judged)) {
-        judged.flat = judged.result.fit;
+        judged.has_ball = true;
         judged.result.compensation.state = Compensation::State::provisional;
         if (!fitting::needs_neighbours(method)) compensate_by_points(judged, {centre_row(judged)});
     } else if (method == CompensationMethod::flat) {
@@ -68,13 +68,13 @@ bool PartJudge::has_ball_to_take_off(const Judged& judged) {
 }
 
 fitting::CentreRow PartJudge::centre_row(const Judged& judged) {
-    return {judged.result.z_mm, judged.flat->centres.points, judged.flat->noise_sigma_mm};
+    return {judged.result.z_mm, judged.in_plane().centres.points, judged.in_plane().noise_sigma_mm};
 }
 
 /// The surface says also of the other methods whether sections continue each other.
 core::Status PartJudge::Stack::add(const Judged& judged) {
-    auto status =
-        surface.add(judged.flat->centres.curve, judged.result.z_mm, judged.flat->le_point_mm, judged.flat->te_point_mm);
+    const fitting::SectionFit& flat = judged.in_plane();
+    auto status = surface.add(flat.centres.curve, judged.result.z_mm, flat.le_point_mm, flat.te_point_mm);
     if (status) members.push_back(&judged);
     return status;
 }
@@ -88,11 +88,12 @@ core::Status PartJudge::Stack::fit() {
 std::vector<fitting::CentreRow> PartJudge::Stack::rows() const {
     std::vector<fitting::CentreRow> rows;
     for (const Judged* const member : members)
-        if (member->flat) rows.push_back(centre_row(*member));
+        if (member->has_ball) rows.push_back(centre_row(*member));
     return rows;
 }
 
 void PartJudge::stay_flat(Judged& judged, const core::Error& why) {
+    judged.keep_flat();
     judged.result = judge_fit(std::move(judged.result), *judged.flat, *judged.setup);
     judged.result.compensation = {};
     judged.result.compensation.note = why.text();
@@ -112,9 +113,10 @@ void PartJudge::compensate_by_points(Judged& judged, const std::vector<fitting::
     const auto contacts =
         fitting::contacts_by(method, rows, static_cast<std::size_t>(row - rows.begin()), setup.ball_radius_mm, nominal);
     if (!contacts) return stay_flat(judged, contacts.error());
-    auto section = fitting::section_of_contacts(*contacts, z_mm, fitting::knows_lean(method), *judged.flat,
+    auto section = fitting::section_of_contacts(*contacts, z_mm, fitting::knows_lean(method), judged.in_plane(),
                                                 section_options(setup));
     if (!section) return stay_flat(judged, section.error());
+    judged.keep_flat();
     const double change_mm = largest_distance(section->fit.contour, judged.flat->contour);
     judged.result = judge_fit(std::move(judged.result), std::move(section->fit), setup);
     judged.result.compensation = {Compensation::State::final, {}, 1.0, change_mm, method, section->set_aside};
@@ -123,9 +125,10 @@ void PartJudge::compensate_by_points(Judged& judged, const std::vector<fitting::
 void PartJudge::compensate(Judged& judged, const Stack& stack) {
     if (judged.setup->fitting.compensation != CompensationMethod::surface)
         return compensate_by_points(judged, stack.rows());
-    auto section =
-        fitting::compensate_section(stack.surface, judged.result.z_mm, *judged.flat, section_options(*judged.setup));
+    auto section = fitting::compensate_section(stack.surface, judged.result.z_mm, judged.in_plane(),
+                                               section_options(*judged.setup));
     if (!section) return stay_flat(judged, section.error());
+    judged.keep_flat();
     const double change_mm = largest_distance(section->fit.contour, judged.flat->contour);
     judged.result = judge_fit(std::move(judged.result), std::move(section->fit), *judged.setup);
     judged.result.compensation = {Compensation::State::final,  {}, section->share, change_mm,
@@ -216,7 +219,7 @@ std::vector<const SectionResult*> PartJudge::begin_completion(bool whole) {
                      [](const Judged* a, const Judged* b) { return a->result.z_mm > b->result.z_mm; });
     std::vector<Judged*> upwards;
     for (const auto& section : sections_)
-        if (section->flat && fitting::needs_neighbours(section->setup->fitting.compensation))
+        if (section->has_ball && fitting::needs_neighbours(section->setup->fitting.compensation))
             upwards.push_back(section.get());
     if (upwards.empty()) return {};
     std::stable_sort(upwards.begin(), upwards.end(),

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "acquisition/section_result.hpp"
@@ -55,8 +56,15 @@ class PartJudge {
     struct Judged {
         const SectionSetup* setup = nullptr;
         SectionResult result;
-        std::optional<fitting::SectionFit> flat;    ///< as it was compensated in its plane
+        bool has_ball = false;                      ///< to be taken off by more than its plane knows
+        std::optional<fitting::SectionFit> flat;    ///< as it was compensated in its plane; none: it still is
         std::optional<SectionAlignment> alignment;  ///< of the whole blade
+
+        const fitting::SectionFit& in_plane() const { return flat ? *flat : *result.fit; }
+        /// Before the result gets another fit.
+        void keep_flat() {
+            if (!flat) flat = std::exchange(result.fit, std::nullopt);
+        }
     };
     /// Sections that know of each other, upwards.
     struct Stack {

@@ -17,8 +17,7 @@ using fitting::ContourPoint;
 // A foot whose normal is more than 60 degrees away lies on another side of the blade.
 constexpr double same_side_cosine = 0.5;
 constexpr std::size_t station_count = 2400;
-constexpr double texture_mm = 5e-3;     // in a hollow less deep than this the ball's own arc is the nominal
-constexpr double undirected_mm = 1e-5;  // nearer than this the way to the foot says nothing about its normal
+constexpr double texture_mm = 5e-3;  // in a hollow less deep than this the ball's own arc is the nominal
 
 /// Along the closed polygon up to each of its points, and all of it.
 std::vector<double> lengths_to(const std::vector<Vector2d>& points) {
@@ -95,14 +94,6 @@ const ReferenceContour::Station& ReferenceContour::station_at(double s_mm) const
     return stations_[i % station_count];
 }
 
-/// The way from the foot to the point is the normal already.
-bool ReferenceContour::on_same_side(const fitting::ClosestPoint& foot, const ContourPoint& point) const {
-    const Vector2d normal = std::abs(foot.distance_mm) < undirected_mm
-                                ? curve_.evaluate(foot.s_mm).normal
-                                : Vector2d((point.position_mm - foot.foot) / foot.distance_mm);
-    return normal.dot(point.normal) >= same_side_cosine;
-}
-
 /// The station that is nearest on the point's side, among those that the ball reaches.
 const ReferenceContour::Station* ReferenceContour::nearest_station(const ContourPoint& point) const {
     const Station* best = nullptr;
@@ -121,7 +112,7 @@ const ReferenceContour::Station* ReferenceContour::nearest_station(const Contour
 /// goes over the stations; where no normal agrees either, the nearest foot is all there is.
 ReferenceContour::Match ReferenceContour::match(const ContourPoint& point, const fitting::ClosestPoint& foot) const {
     const auto good = [&](const fitting::ClosestPoint& f) {
-        return on_same_side(f, point) && station_at(f.s_mm).reached;
+        return f.normal.dot(point.normal) >= same_side_cosine && station_at(f.s_mm).reached;
     };
     if (good(foot)) return {foot.distance_mm, station_at(foot.s_mm).offset_error_mm, foot.s_mm};
     const Station* station = nearest_station(point);

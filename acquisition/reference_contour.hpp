@@ -63,7 +63,6 @@ class ReferenceContour {
     double station_mm(std::size_t i) const;
     const Station& station_at(double s_mm) const;
     const Station* nearest_station(const fitting::ContourPoint& point) const;
-    bool on_same_side(const fitting::ClosestPoint& foot, const fitting::ContourPoint& point) const;
     Match match(const fitting::ContourPoint& point, const fitting::ClosestPoint& foot) const;
     std::optional<double> deviation(const fitting::ContourPoint& point, const Match& matched) const;
     const fitting::Hollow* hollow_below(const fitting::ContourPoint& point) const;

@@ -30,6 +30,8 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
         return core::fail(core::ErrorCode::input_invalid,
                           "the nominal at z " + core::fixed(z_mm, 3) + " mm: " + analysed.error().text());
     }
+    if (!setup.gate.characteristics.empty())
+        setup.nominal_measures = std::make_shared<const NominalMeasures>(*analysed, index, setup.gate.characteristics);
     ReferenceContour reference(*contour, analysed->curve(), part.stylus.radius_mm);
     setup.nominal = SectionNominal{std::move(*analysed), std::move(reference), contour->surface, contour->lean_rad};
     return setup;
@@ -60,6 +62,7 @@ SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit>
     evaluation.te_model = setup.fitting.te_model;
     evaluation.rule = setup.gate.rule;
     evaluation.alignment = setup.alignment;
+    evaluation.nominal_measures = setup.nominal_measures.get();
     SectionAlignment unknown;
     if (setup.alignment.kind == AlignmentKind::six_points) {
         if (!setup.frame) unknown = without_frame(setup.alignment);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "acquisition/nominal.hpp"
+#include "acquisition/nominal_measures.hpp"
 #include "acquisition/part_file.hpp"
 #include "acquisition/reference_contour.hpp"
 #include "acquisition/section_alignment.hpp"
@@ -37,6 +38,7 @@ struct SectionSetup {
     AlignmentSpec alignment;
     std::optional<SectionAlignment> frame;  ///< by six points (part_frame.hpp)
     GateSpec gate;
+    std::shared_ptr<const NominalMeasures> nominal_measures = {};  ///< for `gate`; absent: each judgement makes its own
 };
 
 /// Cuts the nominal (nullptr: none) at the height and finds its edges. Errors: those of Nominal::cut, input_invalid

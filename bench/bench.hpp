@@ -29,6 +29,9 @@ void forget_peak_memory();
 void bench_chain(const std::string& config_folder);
 /// Microseconds a sample in the live section, milliseconds a section fit, memory for a million samples.
 void bench_sections();
+/// Milliseconds of processor time from the points of a section to its judgement, blades of three families, with warm
+/// and with empty caches.
+void bench_section_final(const std::string& config_folder);
 /// Microseconds a sample in the live spline: median, 99 % and worst, at the beginning of a long scan and after a
 /// million.
 void bench_live();

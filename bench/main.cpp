@@ -64,6 +64,7 @@ int main(int count, char** arguments) {
     if (wanted("live")) cmm::bench::bench_live();
     if (wanted("sections")) cmm::bench::bench_sections();
     const std::string config_folder = (executable.parent_path() / "../../config").string();
+    if (wanted("final")) cmm::bench::bench_section_final(config_folder);
     if (wanted("links")) cmm::bench::bench_links(config_folder);
     const double for_each_s = count > 2 ? std::strtod(arguments[2], nullptr) : 20.0;
     if (wanted("stops")) cmm::bench::bench_stops(config_folder, for_each_s);

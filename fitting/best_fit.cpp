@@ -19,6 +19,10 @@ constexpr double least_weight = 1e-9;   // of a direction against the best known
 constexpr double no_gain = 1e-10;       // of the largest distance, in the unit of the objective
 constexpr double least_shorter = 1e-6;  // of a min-max step
 
+/// Of the free numbers, three at most.
+using FreeMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3>;
+using FreeVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
+
 tl::unexpected<core::Error> cannot_fit(const char* why) {
     return core::fail(core::ErrorCode::fit_not_evaluable, why);
 }
@@ -77,6 +81,7 @@ class Fitter {
     core::Result<BestFit> run() {
         if (free_.empty()) return core::fail(core::ErrorCode::usage, "best fit: nothing may move");
         if (taken_.size() < least_points) return cannot_fit("best fit: too few points");
+        find_feet();
         const bool squares = options_.objective == FitObjective::least_squares;
         for (fit_.rounds = 1; fit_.rounds <= most_fit_rounds; ++fit_.rounds) {
             const auto moved = squares ? squares_step() : min_max_step();
@@ -94,7 +99,7 @@ class Fitter {
         std::size_t member, index;
         double width_mm;  // of contour that it stands for
         ToleranceZone zone;
-        std::optional<double> near_mm;
+        CurvePlace near;
         Eigen::Vector3d slopes;  // of its distance, by shift and turn; negative
         double off_mm;           // from the middle of its zone
         bool counts;
@@ -126,6 +131,22 @@ class Fitter {
         }
     }
 
+    /// The feet of all points at once; with them each round begins where the one before ended.
+    void find_feet() {
+        for (std::size_t first = 0; first < taken_.size();) {
+            const FitMember& member = members_[taken_[first].member];
+            std::size_t end = first;
+            std::vector<Vec2> points;
+            for (; end < taken_.size() && taken_[end].member == taken_[first].member; ++end)
+                points.push_back(fit_.motion.undo(member.contour->point(taken_[end].index).position_mm));
+            std::vector<ClosestPoint> feet(points.size());
+            member.nominal->closest(points, feet);
+            for (std::size_t k = 0; k < feet.size(); ++k)
+                taken_[first + k].near = feet[k].place;
+            first = end;
+        }
+    }
+
     /// Distances and slopes at the motion as it is.
     core::Status look() {
         double squares = 0.0, length = 0.0;
@@ -134,9 +155,9 @@ class Fitter {
         for (Taken& taken : taken_) {
             const ContourPoint& p = members_[taken.member].contour->point(taken.index);
             const ClosedCurve& nominal = *members_[taken.member].nominal;
-            const ClosestPoint foot = nominal.closest(fit_.motion.undo(p.position_mm), taken.near_mm);
-            taken.near_mm = foot.s_mm;
-            const Vec2 faces = nominal.evaluate(foot.s_mm).normal;
+            const ClosestPoint foot = nominal.closest(fit_.motion.undo(p.position_mm), taken.near);
+            taken.near = foot.place;
+            const Vec2 faces = foot.normal;
             taken.counts = faces.dot(fit_.motion.undo_on_direction(p.normal)) > 0.0;
             if (!taken.counts) continue;
             const Vec2 n = fit_.motion.apply_to_direction(faces);
@@ -160,16 +181,16 @@ class Fitter {
     }
 
     /// Of the free numbers; says also how well they are known.
-    core::Result<Eigen::MatrixXd> normal_matrix() {
+    core::Result<FreeMatrix> normal_matrix() {
         const auto d = static_cast<Eigen::Index>(free_.size());
         Eigen::Matrix3d full = Eigen::Matrix3d::Zero();
         for (const Taken& taken : taken_)
             if (taken.counts) full += taken.width_mm * taken.slopes * taken.slopes.transpose();
-        Eigen::MatrixXd normal(d, d);
+        FreeMatrix normal(d, d);
         for (Eigen::Index i = 0; i < d; ++i)
             for (Eigen::Index k = 0; k < d; ++k)
                 normal(i, k) = full(free_[static_cast<std::size_t>(i)], free_[static_cast<std::size_t>(k)]);
-        const auto values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(normal).eigenvalues();
+        const auto values = Eigen::SelfAdjointEigenSolver<FreeMatrix>(normal, Eigen::EigenvaluesOnly).eigenvalues();
         // A single number is measured by what it could be at most: every point along its direction.
         const double best = std::max(values[d - 1], full.trace() / 3.0);
         if (!(values[0] > least_weight * best)) return cannot_fit("best fit: the points do not determine the motion");
@@ -177,7 +198,7 @@ class Fitter {
         return normal;
     }
 
-    void move_by(const Eigen::VectorXd& move) {
+    void move_by(const FreeVector& move) {
         for (std::size_t k = 0; k < free_.size(); ++k) {
             const double by = move[static_cast<Eigen::Index>(k)];
             if (free_[k] == 2)
@@ -192,14 +213,14 @@ class Fitter {
         const auto normal = normal_matrix();
         if (!normal) return tl::unexpected(normal.error());
         const auto d = static_cast<Eigen::Index>(free_.size());
-        const Eigen::MatrixXd inverse = normal->inverse();
-        Eigen::VectorXd move = Eigen::VectorXd::Zero(d);
+        const FreeMatrix inverse = normal->inverse();
+        FreeVector move = FreeVector::Zero(d);
         for (Taken& taken : taken_) {
             if (!taken.counts) continue;
-            Eigen::VectorXd slopes(d);
+            FreeVector slopes(d);
             for (Eigen::Index k = 0; k < d; ++k)
                 slopes[k] = taken.slopes[free_[static_cast<std::size_t>(k)]];
-            const Eigen::VectorXd weight = taken.width_mm * (inverse * slopes);
+            const FreeVector weight = taken.width_mm * (inverse * slopes);
             move += taken.off_mm * weight;
             weigh(taken, weight);
         }
@@ -207,7 +228,7 @@ class Fitter {
         return move.norm();
     }
 
-    void weigh(Taken& taken, const Eigen::VectorXd& weight) {
+    void weigh(Taken& taken, const FreeVector& weight) {
         taken.weight.setZero();
         for (std::size_t k = 0; k < free_.size(); ++k)
             taken.weight[free_[k]] = weight[static_cast<Eigen::Index>(k)] / (free_[k] == 2 ? size_mm_ : 1.0);
@@ -240,7 +261,7 @@ class Fitter {
     }
 
     /// Goes along the step as far as it gets better; 0 where it does not.
-    core::Result<double> shortened(const Eigen::VectorXd& move) {
+    core::Result<double> shortened(const FreeVector& move) {
         const PlaneMotion from = fit_.motion;
         const double before = worst_;
         for (double share = 1.0; share > least_shorter; share *= 0.5) {

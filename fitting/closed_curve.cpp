@@ -124,17 +124,20 @@ bool ClosedCurve::refine(const Vec2& point, CurveFoot& foot) const {
 
 ClosestPoint ClosedCurve::described(const Vec2& point, const CurveFoot& foot) const {
     const Jet jet = spline_.jet_in(foot.span, foot.t);
-    const Vec2 r = point - jet.position;
-    const double side = r.dot(fitting::right_normal(jet.d1));
-    return {arc_.at(spline_, {foot.span, foot.t}), std::copysign(r.norm(), side), jet.position};
+    const CurvePlace place{foot.span, foot.t};
+    const Vec2 r = point - jet.position, normal = jet.right_normal();
+    return {arc_.at(spline_, place), std::copysign(r.norm(), r.dot(normal)), jet.position, normal, place};
 }
 
 ClosestPoint ClosedCurve::closest(const Vec2& point, std::optional<double> hint_mm) const {
     if (!hint_mm) return described(point, nearest_.closest(point));
-    const CurvePlace place = arc_.place(spline_, wrap(*hint_mm));
-    CurveFoot foot{place.span, place.t, 0.0};
+    return closest(point, arc_.place(spline_, wrap(*hint_mm)));
+}
+
+ClosestPoint ClosedCurve::closest(const Vec2& point, const CurvePlace& hint) const {
+    CurveFoot foot{hint.span, hint.t, 0.0};
     const double start = (spline_.jet_in(foot.span, foot.t).position - point).squaredNorm();
-    if (!refine(point, foot) || foot.squared > start * (1.0 + 1e-12)) foot = nearest_.closest(point, place.span);
+    if (!refine(point, foot) || foot.squared > start * (1.0 + 1e-12)) foot = nearest_.closest(point, hint.span);
     return described(point, foot);
 }
 

@@ -26,6 +26,8 @@ struct ClosestPoint {
     double s_mm = 0.0;         ///< arc length of the foot
     double distance_mm = 0.0;  ///< signed: positive outside, negative in the material
     Vec2 foot = Vec2::Zero();
+    Vec2 normal = Vec2::Zero();  ///< of the curve there, unit, outward
+    CurvePlace place = {};       ///< the same as s_mm
 };
 
 /// A closed C2 curve, always counter-clockwise, by arc length in [0, length): the periodic cubic spline through given
@@ -54,6 +56,8 @@ class ClosedCurve {
     /// The nearest point of the whole curve; with a hint the local minimum next to it, provided that it is nearer than
     /// the hinted point itself (otherwise the whole curve is searched).
     ClosestPoint closest(const Vec2& point, std::optional<double> hint_mm = {}) const;
+    /// The same from a place that is known already, as that of a foot nearby.
+    ClosestPoint closest(const Vec2& point, const CurvePlace& hint) const;
 
     /// The nearest points of the whole curve for many points, in any order: `feet` has room for as many. Points that
     /// jump about are visited cell by cell, so that random order costs little more than scan order.

@@ -18,6 +18,7 @@ constexpr double grid_cells = 128.0;
 constexpr double infinite = std::numeric_limits<double>::infinity();
 // A part of a span that could be nearer by less than this does not matter (0.1 pm at 1 mm).
 constexpr double indifferent_mm = 1e-10;
+constexpr std::size_t longest_walk = 16;  // spans from a hint
 
 Vec2 offset_at(const Vec2& b, const Vec2& c, const Vec2& d, const Vec2& q, double w) {
     return ((w * d + c) * w + b) * w - q;
@@ -95,7 +96,16 @@ void ClosestPointIndex::set_box(std::vector<Group>& groups, std::size_t at, cons
 CurveFoot ClosestPointIndex::closest(const Vec2& point, std::size_t hint) const {
     if (leaves_.empty()) return {};
     Best best{0, 0.0, infinite};
-    if (hint < leaves_.size()) visit(point, hint, best);
+    if (hint < leaves_.size()) {
+        visit(point, hint, best);
+        // Downhill into the spans beside it, so that the boxes are asked with a foot that nothing much is nearer than.
+        const std::size_t spans = leaves_.size();
+        for (std::size_t leaf = hint, step = 0; step < longest_walk && (best.w == 0.0 || best.w == 1.0); ++step) {
+            leaf = best.w == 1.0 ? (leaf + 1) % spans : (leaf + spans - 1) % spans;
+            visit(point, leaf, best);
+            if (best.leaf != leaf) break;
+        }
+    }
     for (std::size_t group = 0; group < levels_.back().size(); ++group)
         search(point, levels_.size() - 1, group, hint, best);
     return foot_of(best);

@@ -33,19 +33,18 @@ class ClosestPointIndex {
     CurveFoot closest(const Vec2& point, std::size_t hint = 0) const;
 
     /// visit(i, foot of points[i]) for all points, in an order in which neighbours follow each other. Eight are
-    /// searched at a time, in vector lanes.
+    /// searched at a time, in vector lanes, as long as they share their spans.
     template <class Visit>
     void for_each(std::span<const Vec2> points, Visit&& visit) const {
         const std::vector<std::uint32_t> order = neighbours_first(points);
         const auto place = [&](std::size_t i) { return order.empty() ? i : order[i]; };
         Eight block;
-        std::size_t hint = 0;
+        Trail trail;
         for (std::size_t first = 0; first < points.size(); first += block.size()) {
             const std::size_t count = std::min(block.size(), points.size() - first);
             for (std::size_t k = 0; k < block.size(); ++k)
                 block[k] = points[place(first + std::min(k, count - 1))];
-            const std::array<CurveFoot, 8> feet = closest(block, hint);
-            hint = feet[count - 1].span;
+            const std::array<CurveFoot, 8> feet = follow(block, trail);
             for (std::size_t k = 0; k < count; ++k)
                 visit(place(first + k), feet[k]);
         }
@@ -53,6 +52,12 @@ class ClosestPointIndex {
 
   private:
     using Eight = std::array<Vec2, 8>;
+    /// Where the points before had their feet: the last one's span, and how many spans it was from one to the next.
+    struct Trail {
+        std::size_t span = 0;
+        double step = 0.0;
+        std::size_t next(std::size_t spans) const;
+    };
 
     /// A span over w in [0, 1] from its own start, and g in Bernstein form: beta_i = constant[i] - q . (vx[i], vy[i]),
     /// where q is the asked point seen from the start.
@@ -76,6 +81,7 @@ class ClosestPointIndex {
     /// Empty: they follow each other as they are.
     std::vector<std::uint32_t> neighbours_first(std::span<const Vec2> points) const;
     struct Block;
+    std::array<CurveFoot, 8> follow(const Eight& points, Trail& trail) const;
     std::array<CurveFoot, 8> closest(const Eight& points, std::size_t hint) const;
     void search(std::size_t level, std::size_t group, std::size_t skip, Block& block) const;
     void visit(std::size_t leaf, unsigned lanes, Block& block) const;

@@ -17,6 +17,8 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double too_far = 1e150;
 // Fewer points than this are better served one by one.
 constexpr int worth_a_block = 3;
+// Points that are farther apart than this, in spans, hardly share any.
+constexpr double farthest_in_a_block = 0.5;
 
 }  // namespace
 
@@ -40,6 +42,32 @@ struct ClosestPointIndex::Block {
         worst = squared.maxCoeff();
     }
 };
+
+/// On a curve of `spans`, which is taken for a closed one.
+std::size_t ClosestPointIndex::Trail::next(std::size_t spans) const {
+    const auto n = static_cast<double>(spans);
+    const double at = static_cast<double>(span) + step;
+    return static_cast<std::size_t>(at - n * std::floor(at / n)) % spans;
+}
+
+/// Points that run along a curve of short spans are searched one by one, each from where it is expected.
+std::array<CurveFoot, 8> ClosestPointIndex::follow(const Eight& points, Trail& trail) const {
+    const std::size_t spans = leaves_.size();
+    std::array<CurveFoot, 8> feet{};
+    if (spans == 0) return feet;
+    if (std::abs(trail.step) < farthest_in_a_block) {
+        feet = closest(points, trail.span);
+    } else {
+        for (std::size_t k = 0; k < feet.size(); ++k) {
+            feet[k] = closest(points[k], trail.next(spans));
+            trail.span = feet[k].span;
+        }
+    }
+    const auto from = static_cast<double>(feet.front().span), to = static_cast<double>(feet.back().span);
+    trail.span = feet.back().span;
+    trail.step = std::remainder(to - from, static_cast<double>(spans)) / static_cast<double>(feet.size() - 1);
+    return feet;
+}
 
 std::array<CurveFoot, 8> ClosestPointIndex::closest(const Eight& points, std::size_t hint) const {
     std::array<CurveFoot, 8> feet;

@@ -163,5 +163,32 @@ TEST(ClosedCurve, ABatchGivesWhatSinglePointsGiveInAnyOrder) {
     }
 }
 
+/// A nominal of thousands of spans is compared with points that lie many spans apart, one after another: the search
+/// that goes along with them must give the nearest of all, also where they jump.
+TEST(ClosedCurve, ABatchAlongAndAcrossManyShortSpans) {
+    std::vector<Vec2> dense;
+    const PiecewiseCubic blade = thin_blade();
+    for (int i = 0; i < 6000; ++i)
+        dense.push_back(blade.jet(blade.front() + blade.period() * i / 6000.0).position);
+    const ClosedCurve curve(interpolate_periodic(dense, chord_parameters(dense, true)));
+    core::Rng rng(3);
+    std::vector<Vec2> points;
+    for (int i = 0; i < 2400; ++i) {
+        const bool jumps = i % 300 > 290;
+        const auto at = curve.evaluate(curve.length() * (jumps ? rng.uniform() : i / 2400.0));
+        points.push_back(at.position + (jumps ? rng.uniform(-2.0, 2.0) : 2e-3 * rng.normal()) * at.normal);
+    }
+    std::vector<ClosestPoint> feet(points.size());
+    curve.closest(points, feet);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        EXPECT_NEAR(std::abs(feet[i].distance_mm), std::abs(curve.closest(points[i]).distance_mm), 1e-10);
+        const auto at = curve.evaluate(feet[i].s_mm);
+        EXPECT_LT((at.position - feet[i].foot).norm() + (at.normal - feet[i].normal).norm(), 1e-8);
+        // From a foot beside it the same one is found.
+        const auto again = curve.closest(points[i], feet[i].place);
+        EXPECT_NEAR(again.distance_mm, feet[i].distance_mm, 1e-10);
+    }
+}
+
 }  // namespace
 }  // namespace cmm::fitting

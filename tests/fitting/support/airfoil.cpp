@@ -8,6 +8,8 @@
 #include <numbers>
 #include <random>
 
+#include "support/naca65.hpp"
+
 namespace cmm::fitting::airfoil {
 namespace {
 
@@ -30,6 +32,18 @@ Airfoil::Airfoil(double offset_mm) : offset_(offset_mm) {
     add_edge(camber_mm, te_mm + offset_, normals_.back());
     add_side(true);
     add_edge(0.0, le_mm + offset_, normals_.back());
+    measure_lengths();
+}
+
+Airfoil Airfoil::naca_65(double offset_mm) {
+    Airfoil airfoil{Empty{}};
+    for (const auto& [position, normal, part] : naca65::outline(offset_mm))
+        airfoil.add(position, normal, part);
+    airfoil.measure_lengths();
+    return airfoil;
+}
+
+void Airfoil::measure_lengths() {
     length_.assign(1, 0.0);
     for (std::size_t i = 0; i < points_.size(); ++i)
         length_.push_back(length_.back() + (points_[(i + 1) % points_.size()] - points_[i]).norm());

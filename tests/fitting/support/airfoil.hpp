@@ -17,6 +17,8 @@ class Airfoil {
   public:
     /// The parallel curve at `offset_mm` outwards; 0: the airfoil.
     explicit Airfoil(double offset_mm = 0.0);
+    /// The same of another one: the published NACA 65-010 on a camber line, with such edges (naca65.hpp).
+    static Airfoil naca_65(double offset_mm = 0.0);
 
     enum class Spacing {
         even,   ///< by length
@@ -31,6 +33,8 @@ class Airfoil {
     const std::vector<Vec2>& points() const { return points_; }
 
   private:
+    struct Empty {};
+    explicit Airfoil(Empty /*of points*/) {}
     struct Camber {
         Vec2 position, along, across;
     };
@@ -40,8 +44,9 @@ class Airfoil {
     void add_side(bool upper);
     void add_edge(double s, double radius, const Vec2& from);
     void add(const Vec2& position, const Vec2& normal, int part);
+    void measure_lengths();
 
-    double offset_, square_ = 0.0, cube_ = 0.0;
+    double offset_ = 0.0, square_ = 0.0, cube_ = 0.0;
     std::vector<Vec2> points_, normals_;  // steps below 3 um
     std::vector<int> part_;               // lower side, TE, upper side, LE
     std::vector<double> length_;          // to each point; one more entry
