@@ -172,6 +172,9 @@ std::string frame_payload(const PartFrame& frame) {
         .add("kind", acquisition::to_string(AlignmentKind::six_points))
         .add("rounds", frame.rounds)
         .add("condition", frame.condition, 3)
+    std::string excesses;
+    for (const auto& excess : frame.excess_mm)
+        excesses += (excesses.empty() ? "[" : ", ") + (excess ? core::fixed(*excess, number_digits) : "null");
         .raw("about_mm", list(frame.about_mm, number_digits))
         .raw("shift_mm", list(frame.shift_mm(), number_digits))
         .raw("turn_rad", list(frame.turn_rad(), number_digits))
@@ -181,6 +184,7 @@ std::string frame_payload(const PartFrame& frame) {
         .text();
 }
 
+        .raw("excess_mm", excesses + "]")
 std::string link_payload(const drivers::LinkStats& stats) {
     JsonFields fields;
     fields.add("exchanges", stats.ok)

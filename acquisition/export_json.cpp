@@ -120,6 +120,9 @@ Json list_of(const Values& values) {
 }
 
 Json part_frame(const fitting::SixPointFrame& frame) {
+    Json excesses = Json::array();
+    for (const auto& excess : frame.excess_mm)
+        excesses.push_back(number(excess));
     Json rows = Json::array(), covariance = Json::array();
     for (Eigen::Index i = 0; i < 3; ++i)
         rows.push_back(list_of(Eigen::Vector4d(frame.machine_from_part.matrix().row(i).transpose())));
@@ -133,6 +136,7 @@ Json part_frame(const fitting::SixPointFrame& frame) {
             {"covariance", std::move(covariance)},
             {"touch_standard_mm", number(frame.touch_standard_mm)},
             {"residual_mm", list_of(frame.residual_mm)},
+            {"excess_mm", std::move(excesses)},
             {"moved_mm", number(frame.moved_mm)},
             {"condition", number(frame.condition)},
             {"condition_length_mm", number(frame.length_mm)},

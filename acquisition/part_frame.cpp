@@ -42,6 +42,11 @@ void for_each_frame_number(Frame& frame, const Visit& visit) {
     visit("rounds", frame.rounds);
 }
 
+/// Only middles have one.
+std::string excess_name(std::size_t index) {
+    return "excess_" + std::to_string(index + 1) + "_mm";
+}
+
 /// Shift x and y and the turn about z at a height, from the six numbers of the frame; about the same x and y.
 Eigen::Matrix3d covariance_at(const PartFrame& frame, double z_mm) {
     const double rise = z_mm - frame.about_mm.z();
@@ -72,6 +77,8 @@ core::Result<std::optional<PartFrame>> frame_from_numbers(const std::map<std::st
     if (numbers.empty()) return std::optional<PartFrame>();
     PartFrame frame;
     std::string missing;
+    for (std::size_t i = 0; i < frame.excess_mm.size(); ++i)
+        if (frame.excess_mm[i]) numbers.emplace(excess_name(i), *frame.excess_mm[i]);
     for_each_frame_number(frame, [&](const std::string& name, auto& value) {
         const auto found = numbers.find(name);
         if (found == numbers.end() || !std::isfinite(found->second) || std::abs(found->second) > 1e9) {
@@ -87,6 +94,8 @@ core::Result<std::optional<PartFrame>> frame_from_numbers(const std::map<std::st
         return core::fail(core::ErrorCode::journal_corrupt, "the frame of the part is no rigid motion");
     return std::optional<PartFrame>(frame);
 }
+    for (std::size_t i = 0; i < frame.excess_mm.size(); ++i)
+        if (const auto found = numbers.find(excess_name(i)); found != numbers.end()) frame.excess_mm[i] = found->second;
 
 core::PartFromMachine part_from_machine(const std::optional<PartFrame>& frame) {
     if (!frame) return {};
@@ -138,7 +147,10 @@ std::string part_frame_words(const PartFrame& frame) {
     out += ", at x " + core::fixed(frame.about_mm.x(), 3) + ", y " + core::fixed(frame.about_mm.y(), 3) + ", z " +
            core::fixed(frame.about_mm.z(), 3) + "; residuals";
     for (std::size_t i = 0; i < frame.residual_mm.size(); ++i)
-        out += (i == 0 ? " " : ", ") + core::length_text(frame.residual_mm[i]);
+        out += (i == 0 ? " " : ", ") + core::length_text(frame.residual_mm[i]) +
+               (frame.excess_mm[i] ? " (middle of two touches, " + core::signed_fixed(*frame.excess_mm[i], 4) +
+                                         " mm farther apart than the nominal)"
+                                   : std::string());
     return out + "; condition " + core::fixed(frame.condition, 1) + " (lengths in units of " +
            core::fixed(frame.length_mm, 1) + " mm), " + std::to_string(frame.rounds) + " rounds; u of a touch " +
            core::length_text(frame.touch_standard_mm);

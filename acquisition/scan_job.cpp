@@ -6,6 +6,7 @@
 #include <boost/asio/this_coro.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "acquisition/event_payload.hpp"
@@ -180,6 +181,7 @@ core::Status ScanJob::prepare() {
         if (!setup) return tl::unexpected(setup.error());
         setups_.push_back(std::move(*setup));
     }
+    times_ = plan_times(plan_, touching_);
     restored_.resize(setups_.size());
     again_.measured.resize(setups_.size());
     again_.there.resize(setups_.size());
@@ -291,11 +293,15 @@ std::size_t ScanJob::expected_points(std::size_t section) const {
     return capabilities_.moves ? plan_.paths[section].points.size() : 0;
 }
 
+/// Sections count alike, the alignment for its share of the time.
 double ScanJob::share_done() const {
-    double share = 0.0;
-    for (std::size_t i = 0; i < done_.size(); ++i)
-        share += done_[i] ? 1.0 : 0.0;
-    return done_.empty() ? 0.0 : share / static_cast<double>(done_.size());
+    if (done_.empty()) return 0.0;
+    const double sections =
+        static_cast<double>(std::count(done_.begin(), done_.end(), true)) / static_cast<double>(done_.size());
+    if (times_.alignment_s == 0.0 || !capabilities_.recorded_frame.empty()) return sections;
+    const auto usual = static_cast<double>(usual_datum_rounds * plan_.datum_touches.size());
+    const double aligned = frame_ ? 1.0 : std::min(1.0, static_cast<double>(datums_touched_) / usual);
+    return std::lerp(sections, aligned, times_.alignment_s / times_.total_s);
 }
 
 /// The verdict is certain, and the run shall end with it.

@@ -31,14 +31,15 @@ ScanJob::Step ScanJob::recover() {
     if (!status) co_return status;
     keep_events();
     if (std::exchange(started_, true)) co_return core::Status{};
-    events_.emit(EventKind::run_started, 0.0,
-                 JsonFields()
-                     .add("run", request_.run_id)
-                     .add("part", request_.part.name)
-                     .add("machine", capabilities_.model)
-                     .add("sections", setups_.size())
-                     .add("ball_radius_mm", request_.part.stylus.radius_mm, 4)
-                     .text());
+    JsonFields fields;
+    fields.add("run", request_.run_id)
+        .add("part", request_.part.name)
+        .add("machine", capabilities_.model)
+        .add("sections", setups_.size())
+        .add("ball_radius_mm", request_.part.stylus.radius_mm, 4);
+    if (capabilities_.moves && request_.nominal != nullptr)
+        fields.add("planned_s", times_.total_s, 1).add("alignment_s", times_.alignment_s, 1);
+    events_.emit(EventKind::run_started, 0.0, fields.text());
     co_return core::Status{};
 }
 

@@ -25,11 +25,15 @@ class Column {
     static double half_x(double z) { return 20.0 - 0.05 * z; }
     static double half_y(double z) { return 6.0 - 0.01 * z; }
     static Eigen::Vector2d middle(double z) { return {0.05 * z, 0.03 * z}; }
-    static std::string side(double x, double z) {
-        const double y = half_y(z) * std::sqrt(1.0 - x * x / (half_x(z) * half_x(z)));
+    /// Upper, and lower with -1.
+    static std::string side(double x, double z, double upper = 1.0) {
+        const double y = upper * half_y(z) * std::sqrt(1.0 - x * x / (half_x(z) * half_x(z)));
         return place(middle(z).x() + x, middle(z).y() + y, z);
     }
-    static std::string nose(double z) { return place(middle(z).x() - half_x(z), middle(z).y(), z); }
+    /// At the end of smallest x, and of largest with -1.
+    static std::string nose(double z, double left = 1.0) {
+        return place(middle(z).x() - left * half_x(z), middle(z).y(), z);
+    }
 
     struct Stand {
         Eigen::Vector3d at_mm = Eigen::Vector3d::Zero(), turned_deg = Eigen::Vector3d::Zero();
@@ -42,8 +46,10 @@ class Column {
         }
     };
     /// `alignment`: the keys of that table before its points; none: without an alignment.
+    /// `thicken_mm`: too thick by that; then the first five points are middles of two touches.
     std::string part(const std::string& name, const Stand& stand, double noise_um,
-                     const std::optional<std::string>& alignment = "kind = \"six_points\"\n") const {
+                     const std::optional<std::string>& alignment = "kind = \"six_points\"\n",
+                     double thicken_mm = 0.0) const {
         const std::string file = folder_ / (name + ".toml");
         std::ofstream out(file);
         out << "[part]\nname = \"column\"\n[nominal]\nkind = \"mesh\"\nfiles = [\"column.ply\"]\nspan = \"z\"\n"
@@ -52,11 +58,18 @@ class Column {
             << "[gate]\nprofile_mm = 0.05\nedge_profile_mm = 0.05\n";
         if (alignment) {
             out << "[alignment]\n" << *alignment;
-            for (const auto& at : {side(-10, 10), side(10, 10), side(0, 50), nose(10), nose(50)})
+            const auto datum = [&](const std::string& at, const std::string& opposite) {
                 out << "[[alignment.point]]\nat_mm = " << at << "\n";
+                if (thicken_mm != 0.0) out << "opposite_mm = " << opposite << "\n";
+            };
+            datum(side(-10, 10), side(-10, 10, -1));
+            datum(side(10, 10), side(10, 10, -1));
+            datum(side(0, 50), side(0, 50, -1));
+            datum(nose(10), nose(10, -1));
+            datum(nose(50), nose(50, -1));
             out << "[[alignment.point]]\nat_mm = [3.0, 1.8, 60]\ndirection = [0, 0, 1]\n";
         }
-        out << "[actual]\nnoise_um = " << noise_um << "\nbad_points_percent = 0.0\n"
+        out << "[actual]\nnoise_um = " << noise_um << "\nbad_points_percent = 0.0\nthicken_mm = " << thicken_mm << "\n"
             << "stands_at_mm = " << list(stand.at_mm) << "\nstands_turned_deg = " << list(stand.turned_deg) << "\n";
         return file;
     }
@@ -179,6 +192,33 @@ TEST_F(SixPoints, APartThatStandsAskewIsMeasuredAsIfItStoodStraight) {
         for (const int section : {0, 1})
             EXPECT_EQ(apart_mm(out, found, section), 0.0);
     }
+}
+
+TEST_F(SixPoints, MiddlesFindAPartThatIsTooThickWhereItStands) {
+    const std::string found = folder_ / "found";
+    const auto thick = column_.part("thick", askew, 0.0, "kind = \"rps\"\n", 0.12);
+    const auto planned = run({cmmlive(), "plan", "--part", thick, "--json"});
+    ASSERT_EQ(planned.exit_code, 0) << planned.err;
+    const auto plan = nlohmann::json::parse(planned.out);
+    EXPECT_GT(plan.at("alignment_s").get<double>(), 20.0) << "eleven touches thrice";
+    EXPECT_GT(plan.at("duration_s").get<double>(), plan.at("alignment_s").get<double>());
+    const auto aligned = scan(thick, found);
+    ASSERT_EQ(aligned.exit_code, 1) << "the profiles are out; " << aligned.err << aligned.out;
+    const auto result = result_of(found);
+    const auto motion = motion_in(result);
+    // The end of the column is one touch: the part is 60 um longer there, and its axis leans.
+    const Eigen::Isometry3d truth = askew.motion() * Eigen::Translation3d(0.05 * 0.06, 0.03 * 0.06, 0.06);
+    for (const Eigen::Vector3d& corner : {Eigen::Vector3d(-20, 0, 20), Eigen::Vector3d(20, 0, 40)})
+        EXPECT_LT((motion * corner - truth * corner).norm(), 2e-3) << (motion * corner - truth * corner).transpose();
+    const auto& excess = result.at("part_frame").at("excess_mm");
+    for (std::size_t i = 0; i < 5; ++i)
+        EXPECT_NEAR(excess.at(i).get<double>(), 0.12, 0.1 * 0.06 + 0.001) << i << ": 60 um higher up a wall that leans";
+    EXPECT_TRUE(excess.at(5).is_null());
+    EXPECT_NE(aligned.err.find("middle of two touches, +0.1"), std::string::npos) << aligned.err;
+    // Kept with the run.
+    const auto again = run({cmmlive(), "fit", found + "/run.cmmrun", "--out", folder_ / "again"});
+    EXPECT_EQ(again.exit_code, 1) << again.err;
+    EXPECT_EQ(result_of(folder_ / "again").at("part_frame"), result.at("part_frame"));
 }
 
 TEST_F(SixPoints, NoiseOfTheTouchesIsInTheUncertainty) {
