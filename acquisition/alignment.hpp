@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "acquisition/six_point_spec.hpp"
+#include "acquisition/zone_set.hpp"
 #include "core/config.hpp"
 #include "fitting/best_fit.hpp"
 #include "fitting/plane_motion.hpp"
@@ -30,7 +31,7 @@ struct AlignmentSpec {
     AlignmentKind kind = AlignmentKind::none;
     fitting::FitObjective objective = fitting::FitObjective::least_squares;
     bool translate_x = true, translate_y = true, rotate = true;  ///< false: held as measured
-    std::array<bool, 4> zones{true, true, true, true};           ///< that take part, by Zone
+    ZoneSet zones = all_zones;                                   ///< that take part
     std::optional<SixPointSpec> six_points;                      ///< also before a best fit: where the part stands
 };
 

@@ -10,6 +10,7 @@
 #include "acquisition/evaluation.hpp"
 #include "acquisition/section_alignment.hpp"
 #include "core/text.hpp"
+#include "core/units.hpp"
 #include "fitting/area_measures.hpp"
 #include "fitting/chord.hpp"
 #include "fitting/throat.hpp"
@@ -25,6 +26,10 @@ constexpr double spread_by_turning = 0.25;    // as measured contours are sample
 
 tl::unexpected<core::Error> refuse(const std::string& why) {
     return core::fail(core::ErrorCode::fit_not_evaluable, why);
+}
+
+fitting::EdgeName edge_of(const CharacteristicSpec& spec) {
+    return spec.kind == Kind::le_radius ? fitting::EdgeName::le : fitting::EdgeName::te;
 }
 
 /// Angles that differ by whole turns are the same.
@@ -125,14 +130,15 @@ core::Result<Measure> AskedCharacteristics::measure(const CharacteristicSpec& sp
     }
 }
 
-const core::Result<fitting::BestFit>& AskedCharacteristics::best_fit() {
-    if (best_fit_) return *best_fit_;
-    if (nominal_ == nullptr) {
-        best_fit_.emplace(refuse("there is no nominal"));
-        return *best_fit_;
+const core::Result<fitting::BestFit>& AskedCharacteristics::best_fit(const ZoneSet& zones) {
+    if (const auto known = best_fits_.find(zones); known != best_fits_.end()) return known->second;
+    core::Result<fitting::BestFit> fit = refuse("there is no nominal");
+    if (nominal_ != nullptr) {
+        fitting::BestFitOptions options;
+        options.zones = zones;
+        fit = fitting::fit_to_nominal(section_.contour(), nominal_->curve(), options, reached(deviation_mm_));
     }
-    best_fit_.emplace(fitting::fit_to_nominal(section_.contour(), nominal_->curve(), {}, reached(deviation_mm_)));
-    return *best_fit_;
+    return best_fits_.emplace(zones, std::move(fit)).first->second;
 }
 
 fitting::MeasuredSection& AskedCharacteristics::nominal_section() {
@@ -146,6 +152,11 @@ fitting::MeasuredSection& AskedCharacteristics::nominal_section() {
 core::Result<double> AskedCharacteristics::nominal_of(const CharacteristicSpec& spec) {
     if (const auto known = nominal_without_section(spec)) return *known;
     if (nominal_ == nullptr) return refuse("no nominal is given, and there is no nominal section");
+    if (spec.has_radius_window()) {
+        const auto found = fitting::measure_edge_radius(nominal_section(), edge_of(spec), spec.radius);
+        if (!found) return refuse("of the nominal section: " + found.error().message);
+        return found->radius.value;
+    }
     if (spec.kind == Kind::le_radius) return nominal_->le_radius_mm();
     if (spec.kind == Kind::te_radius) return nominal_->te_radius_mm();
     if (is_curvature(spec.kind)) return curvature_of_nominal(spec, *nominal_, nominal_section().contour());
@@ -154,9 +165,24 @@ core::Result<double> AskedCharacteristics::nominal_of(const CharacteristicSpec& 
     return measured->value;
 }
 
+Characteristic AskedCharacteristics::radius_in_window(const CharacteristicSpec& spec) {
+    const auto found = fitting::measure_edge_radius(section_, edge_of(spec), spec.radius);
+    if (!found) return not_evaluable("", std::string(to_string(spec.kind)), {}, found.error().message);
+    Characteristic c;
+    c.method = found->radius.method;
+    const auto u = uncertainty(found->radius);
+    c.value = found->radius.value;
+    c.u95 = u.u95;
+    c.note = "arc of " + core::fixed(core::deg_from_rad(found->arc_rad), 0) + " deg" +
+             (spec.radius.reach_mm ? " within " + core::fixed(*spec.radius.reach_mm, 3) + " mm of the nose" : "") +
+             ", rms " + core::length_text(found->rms_mm);
+    if (const auto offset = offset_error_note(u.offset_error, Unit::mm); !offset.empty()) c.note += "; " + offset;
+    return c;
+}
+
 Characteristic AskedCharacteristics::curvature(const CharacteristicSpec& spec) {
     if (nominal_ == nullptr && !needs_best_fit(spec.kind)) return curvature_extreme(spec, section_, nullptr, rule_);
-    const auto& fit = best_fit();
+    const auto& fit = best_fit(spec.fit_zones);
     if (!fit) {
         auto c = not_evaluable("", std::string(to_string(spec.kind)), {}, fit.error().message);
         c.unit = unit_of(spec.kind);
@@ -166,21 +192,26 @@ Characteristic AskedCharacteristics::curvature(const CharacteristicSpec& spec) {
     return curvature_extreme(spec, section_, &nominal, rule_);
 }
 
-std::optional<SectionPlacement> AskedCharacteristics::placement() {
-    const auto& fit = best_fit();
+std::optional<SectionPlacement> AskedCharacteristics::placement(const ZoneSet& zones) {
+    const auto& fit = best_fit(zones);
     if (!fit) return std::nullopt;
     const fitting::MeasuredSection* const section = &section_;
     const auto datum = fitting::datums_of(*fit, {&section, 1});
-    return SectionPlacement{fit->motion.shift_mm, fit->motion.turn_rad, datum.front().covariance};
+    return SectionPlacement{fit->motion.shift_mm, fit->motion.turn_rad, datum.front().covariance, zones};
 }
 
 Characteristic AskedCharacteristics::by_best_fit(const CharacteristicSpec& spec) {
-    const auto& fit = best_fit();
-    if (fit && is_profile_form(spec.kind)) return form_(spec, *fit);
+    const auto& fit = best_fit(spec.fit_zones);
     Characteristic c;
+    if (fit && is_profile_form(spec.kind)) {
+        c = form_(spec, *fit);
+        c.method += fit_zone_words(spec);
+        return c;
+    }
     c.unit = unit_of(spec.kind);
-    c.method = is_profile_form(spec.kind) ? "line profile ISO 1101, 2 max|d|, after the best fit"
-                                          : "BESTFIT: least squares along the normals, weighted by arc length";
+    c.method = (is_profile_form(spec.kind) ? "line profile ISO 1101, 2 max|d|, after the best fit"
+                                           : "BESTFIT: least squares along the normals, weighted by arc length") +
+               fit_zone_words(spec);
     if (!fit) {
         c.decision = Decision::not_evaluable;
         c.note = fit.error().message;
@@ -194,6 +225,11 @@ Characteristic AskedCharacteristics::by_best_fit(const CharacteristicSpec& spec)
     c.note = "of the section against its nominal, about x " + core::fixed(fit->motion.about_mm.x(), 3) + " mm, y " +
              core::fixed(fit->motion.about_mm.y(), 3) + " mm; " + core::length_text(fit->rms_mm) + " rms are left";
     return c;
+}
+
+std::string fit_zone_words(const CharacteristicSpec& spec) {
+    const std::string words = zone_words(spec.fit_zones);
+    return words.empty() ? words : "; best fit of " + words;
 }
 
 std::optional<double> nominal_without_section(const CharacteristicSpec& spec) {
@@ -229,7 +265,9 @@ void AskedCharacteristics::require(const CharacteristicSpec& spec, Characteristi
 
 Characteristic AskedCharacteristics::make(const CharacteristicSpec& spec, const SectionResult& known) {
     Characteristic c;
-    if (spec.kind == Kind::le_radius || spec.kind == Kind::te_radius) {
+    if (spec.has_radius_window()) {
+        c = radius_in_window(spec);
+    } else if (spec.kind == Kind::le_radius || spec.kind == Kind::te_radius) {
         if (const auto* radius = known.find(to_string(spec.kind)); radius != nullptr) c = *radius;
     } else if (is_curvature(spec.kind)) {
         c = curvature(spec);

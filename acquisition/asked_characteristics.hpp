@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -31,12 +32,12 @@ class AskedCharacteristics {
 
     /// `known`: what is judged in any case; a radius is taken from there.
     /// Where the section lies to its nominal; none where there is no best fit.
-    std::optional<SectionPlacement> placement();
+    std::optional<SectionPlacement> placement(const ZoneSet& zones);
     Characteristic make(const CharacteristicSpec& spec, const SectionResult& known);
 
   private:
     core::Result<fitting::Measure> measure(const CharacteristicSpec& spec, fitting::MeasuredSection& section);
-    const core::Result<fitting::BestFit>& best_fit();
+    const core::Result<fitting::BestFit>& best_fit(const ZoneSet& zones);
     fitting::MeasuredSection& nominal_section();
     core::Result<double> nominal_of(const CharacteristicSpec& spec);
     Characteristic curvature(const CharacteristicSpec& spec);
@@ -50,12 +51,14 @@ class AskedCharacteristics {
     FormProfile form_;
     DecisionRule rule_;
     const fitting::Datum* datum_;
-    std::optional<core::Result<fitting::BestFit>> best_fit_;
+    std::map<ZoneSet, core::Result<fitting::BestFit>> best_fits_;  // by the zones that take part
     std::optional<fitting::SectionFit> nominal_fit_;
     std::optional<fitting::MeasuredSection> nominal_section_;
 };
 
 /// That of the part file, and 0 of displacement and twist; of others none: it is that of the nominal section.
+/// "; best fit of suction pressure", where not all zones take part.
+std::string fit_zone_words(const CharacteristicSpec& spec);
 std::optional<double> nominal_without_section(const CharacteristicSpec& spec);
 /// The requirement of `spec` and, where the nominal is known (of a zone it is 0), its limits.
 void set_limits(const CharacteristicSpec& spec, Characteristic& c);

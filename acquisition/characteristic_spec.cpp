@@ -50,7 +50,7 @@ constexpr std::array rows{Row{Kind::chord, "chord", "chord", Unit::mm},
                           Row{Kind::bow_x, "bow_x", "", Unit::mm},
                           Row{Kind::bow_y, "bow_y", "", Unit::mm},
                           Row{Kind::bow_true_position, "bow_true_position", "bowt", Unit::mm},
-                          Row{Kind::relative_twist, "relative_twist", "", Unit::rad},
+                          Row{Kind::relative_twist, "relative_twist", "reltwist", Unit::rad},
                           Row{Kind::generatrix, "generatrix", "", Unit::mm}};
 
 const Row& row_of(Kind kind) {
@@ -210,6 +210,8 @@ std::string label_of(const CharacteristicSpec& spec, std::string_view method_wor
     std::string label(to_string(spec.kind));
     const std::string method = core::in_small_letters(method_word);
     const bool usual = method.empty() || method == "nosetail" || method == "max_inscribed" || method == "inscribed";
+    // The generatrix takes the deviations as they are.
+    if (needs_best_fit(spec.kind) && spec.kind != Kind::generatrix) spec.fit_zones = read_zone_set(table, "fit_zones");
     if (!usual) label += "_" + method;
     if (spec.distance_mm > 0.0) label += "_" + short_number(spec.distance_mm);
     if (spec.zone) label += "_" + std::string(fitting::to_string(*spec.zone));

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "acquisition/section_result.hpp"
+#include "acquisition/zone_set.hpp"
 #include "core/config.hpp"
 #include "fitting/chord_method.hpp"
 #include "fitting/thickness_measures.hpp"
@@ -88,6 +89,7 @@ struct CharacteristicSpec {
     std::optional<double> width_mm;      ///< of its tolerance zone; absent: that of the gate
     double share = 0.0;                  ///< of the side's length, from the LE
     std::optional<double> nominal;       ///< absent: that of the nominal section, by the same method
+    ZoneSet fit_zones = all_zones;       ///< that take part in the best fit which it follows
     std::optional<double> below, above;  ///< tolerance: lowest and highest deviation from the nominal
     std::vector<std::size_t> sections;   ///< by index; empty: all
 

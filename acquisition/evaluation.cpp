@@ -35,7 +35,8 @@ class FormProfiles {
 
     Characteristic of(const CharacteristicSpec& spec, const fitting::BestFit& fit) {
         const Changes changes{spec.le_change_mm, spec.te_change_mm};
-        if (moved_.empty() || changes != changes_) compare(fit, changes);
+        if (moved_.empty() || changes != changes_ || spec.fit_zones != fit_zones_) compare(fit, changes);
+        fit_zones_ = spec.fit_zones;
         constexpr std::array zones{Zone::le, Zone::suction, Zone::te, Zone::pressure};
         const auto first = static_cast<std::size_t>(CharacteristicKind::profile_form_le);
         const Zone zone = zones[static_cast<std::size_t>(spec.kind) - first];
@@ -93,6 +94,7 @@ class FormProfiles {
     const ReferenceContour* nominal_;
     const fitting::NominalSection* curve_;
     Changes changes_;
+    ZoneSet fit_zones_ = all_zones;
     EvaluationOptions unlimited_;
     Alignment unaligned_;
     std::vector<ContourPoint> moved_;
@@ -120,7 +122,8 @@ void add_asked(SectionResult& section, fitting::MeasuredSection& measured, const
         } else if (!is_of_part(spec.kind)) {
             if (spec.is_of(section.index)) replace_or_add(asked.make(spec, section), section);
         } else if (spec.kind != CharacteristicKind::generatrix) {
-            if (!section.placement) section.placement = asked.placement();
+            if (section.placement(spec.fit_zones) != nullptr) continue;
+            if (auto placed = asked.placement(spec.fit_zones)) section.placements.push_back(*placed);
         } else if (nominal != nullptr && section.alignment.state != Alignment::State::refused) {
             if (auto point = span_point(*section.fit, *curve, section.alignment.motion, spec))
                 section.span_points.push_back(std::move(*point));
@@ -271,7 +274,7 @@ SectionResult evaluate_section(SectionResult section, core::Result<fitting::Sect
     section.deviation_mm.clear();
     section.tolerances.clear();
     section.alignment = {};
-    section.placement.reset();
+    section.placements.clear();
     section.span_points.clear();
     take_fit(section, std::move(fit));
     if (nominal != nullptr) section.nominal_contour = nominal->points();

@@ -64,27 +64,26 @@ class PartMeasures {
     }
 
     core::Result<Number> lean(const CharacteristicSpec& spec) const {
-        const auto a = placed(root(spec)), b = placed(tip(spec));
+        const auto a = placed(root(spec), spec), b = placed(tip(spec), spec);
         if (!a) return tl::unexpected(a.error());
         if (!b) return tl::unexpected(b.error());
         const Eigen::Index axis = spec.kind == Kind::lean_x ? 0 : 1;
-        const auto& from = *(*a)->placement;
-        const auto& to = *(*b)->placement;
+        const auto &from = a->placement, &to = b->placement;
         // A tilt of the part's frame leans both the same way; twist and bow do not feel it.
         double tilt_mm = 0.0;
-        if (part_.part_frame) tilt_mm = ((*b)->z_mm - (*a)->z_mm) * part_.part_frame->standard().at(axis == 0 ? 4 : 3);
+        if (part_.part_frame) tilt_mm = (b->z_mm - a->z_mm) * part_.part_frame->standard().at(axis == 0 ? 4 : 3);
         return Number{to.shift_mm[axis] - from.shift_mm[axis],
                       std::sqrt(from.covariance(axis, axis) + to.covariance(axis, axis) + tilt_mm * tilt_mm)};
     }
 
     core::Result<Number> bow(const CharacteristicSpec& spec, std::size_t section) const {
-        const auto a = placed(root(spec)), b = placed(tip(spec)), c = placed(section);
+        const auto a = placed(root(spec), spec), b = placed(tip(spec), spec), c = placed(section, spec);
         for (const auto* one : {&a, &b, &c})
             if (!*one) return tl::unexpected(one->error());
-        const double span = (*b)->z_mm - (*a)->z_mm;
+        const double span = b->z_mm - a->z_mm;
         if (!(std::abs(span) > 0.0)) return missing("root and tip are the same section");
-        const double share = ((*c)->z_mm - (*a)->z_mm) / span;
-        const auto &low = *(*a)->placement, &high = *(*b)->placement, &here = *(*c)->placement;
+        const double share = (c->z_mm - a->z_mm) / span;
+        const auto &low = a->placement, &high = b->placement, &here = c->placement;
         const Eigen::Vector2d off = here.shift_mm - (1.0 - share) * low.shift_mm - share * high.shift_mm;
         const Eigen::Matrix2d covariance =
             in_plane(here) + std::pow(1.0 - share, 2) * in_plane(low) + share * share * in_plane(high);
@@ -99,10 +98,11 @@ class PartMeasures {
     }
 
     core::Result<Number> relative_twist(const CharacteristicSpec& spec, std::size_t section) const {
-        const auto a = placed(spec.reference_section ? spec.reference_section : root(spec)), b = placed(section);
+        const auto a = placed(spec.reference_section ? spec.reference_section : root(spec), spec),
+                   b = placed(section, spec);
         if (!a) return tl::unexpected(a.error());
         if (!b) return tl::unexpected(b.error());
-        const auto &from = *(*a)->placement, &to = *(*b)->placement;
+        const auto &from = a->placement, &to = b->placement;
         return Number{to.turn_rad - from.turn_rad, std::sqrt(from.covariance(2, 2) + to.covariance(2, 2))};
     }
 
@@ -142,16 +142,21 @@ class PartMeasures {
         return placement.covariance.topLeftCorner<2, 2>();
     }
 
-    core::Result<const SectionResult*> placed(const std::optional<std::size_t>& index) const {
+    struct Placed {
+        double z_mm;
+        SectionPlacement placement;
+    };
+    core::Result<Placed> placed(const std::optional<std::size_t>& index, const CharacteristicSpec& spec) const {
         const auto found = std::find_if(part_.sections.begin(), part_.sections.end(),
                                         [&](const SectionResult& section) { return index && section.index == *index; });
         if (found == part_.sections.end())
             return missing("section " + (index ? std::to_string(*index) : std::string("of the root")) +
                            " was not measured");
-        if (!found->placement)
+        const auto* placement = found->placement(spec.fit_zones);
+        if (placement == nullptr)
             return missing("section " + std::to_string(found->index) + ": " +
                            (found->why.empty() ? "it could not be laid onto its nominal" : found->why));
-        return &*found;
+        return Placed{found->z_mm, *placement};
     }
 
     const PartResult& part_;
@@ -161,7 +166,7 @@ class PartMeasures {
 Characteristic made(const CharacteristicSpec& spec, const core::Result<Number>& number, const DecisionRule& rule) {
     Characteristic c;
     c.name = spec.label;
-    c.method = part_method(spec.kind);
+    c.method = part_method(spec.kind) + fit_zone_words(spec);
     c.unit = unit_of(spec.kind);
     c.nominal = nominal_without_section(spec);
     set_limits(spec, c);

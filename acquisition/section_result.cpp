@@ -147,6 +147,12 @@ double aligned_u95_mm(const fitting::ContourPoint& point, const Alignment& align
     return std::hypot(std::max(0.0, point.u95_mm - added), by_motion) + added;
 }
 
+const SectionPlacement* SectionResult::placement(const ZoneSet& zones) const {
+    const auto found = std::find_if(placements.begin(), placements.end(),
+                                    [&](const SectionPlacement& placed) { return placed.zones == zones; });
+    return found == placements.end() ? nullptr : &*found;
+}
+
 const Characteristic* SectionResult::find(std::string_view characteristic_name) const {
     const auto at = std::find_if(characteristics.begin(), characteristics.end(),
                                  [&](const Characteristic& c) { return c.name == characteristic_name; });

@@ -12,6 +12,7 @@
 #include "acquisition/alignment.hpp"
 #include "acquisition/place_limits.hpp"
 #include "acquisition/unit.hpp"
+#include "acquisition/zone_set.hpp"
 #include "core/error.hpp"
 #include "fitting/compensation_method.hpp"
 #include "fitting/section.hpp"
@@ -88,6 +89,7 @@ struct SectionPlacement {
     Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();
     double turn_rad = 0.0;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    ZoneSet zones = all_zones;  ///< that took part
 };
 /// The deviation at one place of the nominal, for a line along the span.
 struct SpanPoint {
@@ -112,8 +114,8 @@ struct SectionResult {
     /// For the pictures: the nominal laid onto the measured section; empty without a nominal.
     std::vector<Eigen::Vector2d> nominal_contour;
     Alignment alignment;
-    std::optional<SectionPlacement> placement;  ///< where a characteristic of the part asks for it
-    std::vector<SpanPoint> span_points;         ///< likewise
+    std::vector<SectionPlacement> placements;  ///< where characteristics of the part ask for them
+    std::vector<SpanPoint> span_points;        ///< likewise
     std::vector<Characteristic> characteristics;
     Compensation compensation;
 
@@ -124,6 +126,8 @@ struct SectionResult {
     /// U95 of the deviation at a contour point, with that of the alignment.
     double deviation_u95_mm(std::size_t point) const;
     const Characteristic* find(std::string_view characteristic_name) const;
+    /// By the best fit of these zones; nullptr: there is none.
+    const SectionPlacement* placement(const ZoneSet& zones) const;
     /// Worst decision of its requirements: reject, undecided, accept; `reported` when it has none and is closed.
     Decision decision() const;
 };

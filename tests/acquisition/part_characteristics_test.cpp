@@ -36,7 +36,7 @@ SectionResult section_at(std::size_t index, double z_mm, const Eigen::Vector2d& 
     placement.shift_mm = shift;
     placement.turn_rad = turn_rad;
     placement.covariance = Eigen::Vector3d(1e-6, 4e-6, 1e-8).asDiagonal();
-    section.placement = placement;
+    section.placements = {placement};
     return section;
 }
 
@@ -144,10 +144,33 @@ TEST(PartCharacteristics, TheGeneratrixIsABandAboutItsLine) {
     EXPECT_EQ(find_in(part, "generatrix_suction_0.5")->decision, Decision::not_evaluable);
 }
 
+TEST(PartCharacteristics, FollowTheBestFitOfTheirZones) {
+    auto part = blade({0.0, 0.0});
+    for (auto& section : part.sections) {
+        auto sides = section.placements[0];
+        sides.zones = {false, true, false, true};
+        sides.turn_rad += 0.01 * static_cast<double>(section.index);
+        section.placements.push_back(sides);
+    }
+    const auto specs = specs_of(
+        "[[characteristic]]\nname = \"RELTWIST\"\n[[characteristic]]\nname = \"relative_twist\"\nlabel = \"of_sides\"\n"
+        "fit_zones = [\"suction\", \"pressure\"]\n");
+    add_part_characteristics(specs, {}, part);
+    EXPECT_NEAR(*find_in(part, "relative_twist", 1)->value, 0.003, 1e-12);
+    EXPECT_NEAR(*find_in(part, "of_sides", 1)->value, 0.013, 1e-12);
+    EXPECT_TRUE(holds(find_in(part, "of_sides", 1)->method, "best fit of suction pressure"));
+    part.sections[1].placements.pop_back();
+    add_part_characteristics(specs, {}, part);
+    EXPECT_EQ(find_in(part, "of_sides", 1)->decision, Decision::not_evaluable);
+    EXPECT_NEAR(*find_in(part, "relative_twist", 1)->value, 0.003, 1e-12);
+    EXPECT_TRUE(holds(complaint("[[characteristic]]\nname = \"lean_x\"\nfit_zones = [\"nose\"]\n"), "none of le"));
+    EXPECT_TRUE(holds(complaint("[[characteristic]]\nname = \"chord\"\nfit_zones = [\"le\"]\n"), "unknown key"));
+}
+
 TEST(PartCharacteristics, SayWhyTheyCannotBeEvaluated) {
     const auto specs = specs_of("[[characteristic]]\nname = \"lean_x\"\ntolerance_mm = 0.1\n");
     auto part = blade({0.0, 0.0});
-    part.sections[2].placement.reset();
+    part.sections[2].placements.clear();
     part.sections[2].why = "gap of 3 mm";
     add_part_characteristics(specs, {}, part);
     const auto* lean = find_in(part, "lean_x");
@@ -182,8 +205,8 @@ TEST(PartCharacteristics, IntervalsHoldTheTruth) {
     for (int k = 0; k < trials; ++k) {
         auto noisy = exact;
         for (auto& section : noisy.sections) {
-            section.placement->shift_mm += Eigen::Vector2d(1e-3 * rng.normal(), 2e-3 * rng.normal());
-            section.placement->turn_rad += 1e-4 * rng.normal();
+            section.placements[0].shift_mm += Eigen::Vector2d(1e-3 * rng.normal(), 2e-3 * rng.normal());
+            section.placements[0].turn_rad += 1e-4 * rng.normal();
             section.span_points[0].deviation_mm += 1e-3 * rng.normal();
         }
         add_part_characteristics(specs, {}, noisy);
