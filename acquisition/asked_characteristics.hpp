@@ -41,6 +41,7 @@ class AskedCharacteristics {
     fitting::MeasuredSection& nominal_section();
     core::Result<double> nominal_of(const CharacteristicSpec& spec);
     Characteristic curvature(const CharacteristicSpec& spec);
+    Characteristic radius_in_window(const CharacteristicSpec& spec);
     fitting::NumberUncertainty uncertainty(const fitting::Measure& measure) const;
     Characteristic by_best_fit(const CharacteristicSpec& spec);
     void require(const CharacteristicSpec& spec, Characteristic& c);
@@ -56,9 +57,9 @@ class AskedCharacteristics {
     std::optional<fitting::MeasuredSection> nominal_section_;
 };
 
-/// That of the part file, and 0 of displacement and twist; of others none: it is that of the nominal section.
 /// "; best fit of suction pressure", where not all zones take part.
 std::string fit_zone_words(const CharacteristicSpec& spec);
+/// That of the part file, and 0 of displacement and twist; of others none: it is that of the nominal section.
 std::optional<double> nominal_without_section(const CharacteristicSpec& spec);
 /// The requirement of `spec` and, where the nominal is known (of a zone it is 0), its limits.
 void set_limits(const CharacteristicSpec& spec, Characteristic& c);
