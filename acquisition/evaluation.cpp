@@ -177,9 +177,11 @@ void compare_with(const ReferenceContour& nominal, const fitting::NominalSection
         section.deviation_mm = nominal.compare(contour);
         return;
     }
+    // Sizes do not mind how the section lies; what the 2-D offset makes too thick is told by the wall next to it.
+    const auto take_offset_errors = [&] { static_cast<void>(nominal.compare(contour, options.lean)); };
     if (shared != nullptr) {
         section.alignment = shared->alignment;
-        if (!section.alignment.done()) return;
+        if (!section.alignment.done()) return take_offset_errors();
     } else {
         const auto own = align_section(*section.fit, nominal, curve->curve(), options.alignment,
                                        {options.profile_mm, options.edge_profile_mm});
@@ -187,7 +189,7 @@ void compare_with(const ReferenceContour& nominal, const fitting::NominalSection
             section.alignment.state = Alignment::State::refused;
             section.alignment.spec = options.alignment;
             section.alignment.note = own.error().message;
-            return;
+            return take_offset_errors();
         }
         section.alignment = own->alignment;
         if (options.alignment.kind == AlignmentKind::blade) {
@@ -199,6 +201,13 @@ void compare_with(const ReferenceContour& nominal, const fitting::NominalSection
     section.deviation_mm = compare_aligned(contour, nominal, motion);
     for (auto& point : section.nominal_contour)
         point = motion.apply(point);
+}
+
+/// Numbers answer to a wrong height as the walls lean; deviations have it from the alignment.
+void take_plane(const ReferenceContour& nominal, const EvaluationOptions& options, fitting::SectionFit& fit) {
+    if (!options.plane) return;
+    const auto leans = nominal.leans_along(fit.contour);
+    fit.contour_noise.take(fitting::PlaneError(fit.contour, leans, *options.plane));
 }
 
 void add_profiles(SectionResult& section, const ReferenceContour& nominal, const EvaluationOptions& options) {
@@ -284,6 +293,7 @@ SectionResult evaluate_section(SectionResult section, core::Result<fitting::Sect
     }
     if (nominal != nullptr) {
         compare_with(*nominal, curve, options, shared, section);
+        take_plane(*nominal, options, *section.fit);
         add_profiles(section, *nominal, options);
     }
     // Positions are those in the frame of the blade, where it has one; the contour of the result stays as measured.

@@ -28,6 +28,8 @@ struct EvaluationOptions {
     std::optional<fitting::EdgeModel> le_model, te_model;
     DecisionRule rule;
     AlignmentSpec alignment;
+    Lean lean = Lean::nominal;                       ///< by which the 2-D offset's error is counted
+    std::optional<fitting::PlaneUncertainty> plane;  ///< in which the section was cut; absent: it is known
 };
 
 /// Judges a section. `section` brings index, name, z and points; the fit's verdicts are copied to the points. A failed

@@ -64,12 +64,21 @@ double height_variance(const PartFrame& frame, const Eigen::Vector2d& at_mm) {
     return answer.dot(frame.covariance * answer);
 }
 
+/// Shift z and the turns about x and y.
+fitting::PlaneUncertainty plane_uncertainty(const PartFrame& frame) {
+    Eigen::Matrix<double, 3, 6> answer = Eigen::Matrix<double, 3, 6>::Zero();
+    answer(0, 2) = answer(1, 3) = answer(2, 4) = 1.0;
+    return {frame.about_mm.head<2>(), answer * frame.covariance * answer.transpose()};
+}
+
 }  // namespace
 
 std::map<std::string, double> frame_numbers(const PartFrame& frame) {
     std::map<std::string, double> numbers;
     for_each_frame_number(
         frame, [&](const std::string& name, const auto& value) { numbers.emplace(name, static_cast<double>(value)); });
+    for (std::size_t i = 0; i < frame.excess_mm.size(); ++i)
+        if (frame.excess_mm[i]) numbers.emplace(excess_name(i), *frame.excess_mm[i]);
     return numbers;
 }
 
@@ -77,8 +86,6 @@ core::Result<std::optional<PartFrame>> frame_from_numbers(const std::map<std::st
     if (numbers.empty()) return std::optional<PartFrame>();
     PartFrame frame;
     std::string missing;
-    for (std::size_t i = 0; i < frame.excess_mm.size(); ++i)
-        if (frame.excess_mm[i]) numbers.emplace(excess_name(i), *frame.excess_mm[i]);
     for_each_frame_number(frame, [&](const std::string& name, auto& value) {
         const auto found = numbers.find(name);
         if (found == numbers.end() || !std::isfinite(found->second) || std::abs(found->second) > 1e9) {
@@ -87,6 +94,8 @@ core::Result<std::optional<PartFrame>> frame_from_numbers(const std::map<std::st
             value = static_cast<std::remove_reference_t<decltype(value)>>(found->second);
         }
     });
+    for (std::size_t i = 0; i < frame.excess_mm.size(); ++i)
+        if (const auto found = numbers.find(excess_name(i)); found != numbers.end()) frame.excess_mm[i] = found->second;
     if (!missing.empty())
         return core::fail(core::ErrorCode::journal_corrupt, "the frame of the part has no number for " + missing);
     const Eigen::Matrix3d turn = frame.machine_from_part.linear();
@@ -94,8 +103,6 @@ core::Result<std::optional<PartFrame>> frame_from_numbers(const std::map<std::st
         return core::fail(core::ErrorCode::journal_corrupt, "the frame of the part is no rigid motion");
     return std::optional<PartFrame>(frame);
 }
-    for (std::size_t i = 0; i < frame.excess_mm.size(); ++i)
-        if (const auto found = numbers.find(excess_name(i)); found != numbers.end()) frame.excess_mm[i] = found->second;
 
 core::PartFromMachine part_from_machine(const std::optional<PartFrame>& frame) {
     if (!frame) return {};
@@ -106,20 +113,20 @@ void take_frame(SectionSetup& setup, const PartFrame& frame) {
     if (setup.alignment.kind == AlignmentKind::none) setup.alignment.kind = AlignmentKind::six_points;
     SectionAlignment known;
     known.datum.motion.about_mm = frame.about_mm.head<2>();
-    known.datum.covariance = covariance_at(frame, setup.z_mm);
+    known.datum.covariance = known.datum.from_others = covariance_at(frame, setup.z_mm);
+    setup.plane = plane_uncertainty(frame);
+    known.alignment.state = Alignment::State::final;
+    known.alignment.spec = setup.alignment;
+    known.alignment.motion = known.datum.motion;
+    known.alignment.covariance = known.datum.covariance;
     if (setup.nominal) {
         double height = 0.0;
         for (const auto& point : setup.nominal->reference.points())
             height = std::max(height, height_variance(frame, point));
         const double slope = std::tan(std::min(setup.nominal->lean_rad, steepest_rad));
-        known.datum.covariance(0, 0) += height * slope * slope;
-        known.datum.covariance(1, 1) += height * slope * slope;
+        known.alignment.covariance(0, 0) += height * slope * slope;
+        known.alignment.covariance(1, 1) += height * slope * slope;
     }
-    known.datum.from_others = known.datum.covariance;
-    known.alignment.state = Alignment::State::final;
-    known.alignment.spec = setup.alignment;
-    known.alignment.motion = known.datum.motion;
-    known.alignment.covariance = known.datum.covariance;
     known.alignment.condition = frame.condition;
     known.alignment.rounds = frame.rounds;
     setup.frame = std::move(known);

@@ -25,8 +25,8 @@ core::PartFromMachine part_from_machine(const std::optional<PartFrame>& frame);
 
 /// Lets a section know where the part stands and how well that is known; one that is aligned by nothing else is in the
 /// frame of the six points from now on. Of the frame's uncertainty a section feels shift and turn in its plane, at its
-/// height; that of the height moves a wall by the tangent of its lean, which is put on top of both shifts by the
-/// steepest wall of the section.
+/// height; that of the height moves a wall by the tangent of its lean: numbers have it by each of their places
+/// (fitting/plane_error.hpp), deviations by the steepest wall of the section, on top of both shifts.
 void take_frame(SectionSetup& setup, const PartFrame& frame);
 
 /// The alignment of a section that six points should have aligned, when nobody touched them.

@@ -173,6 +173,22 @@ std::vector<std::optional<double>> ReferenceContour::compare(std::span<ContourPo
         if (!point.lean_rad) {
             point.u95_mm += matched.offset_error_mm - point.offset_error_mm;
             point.offset_error_mm = matched.offset_error_mm;
+    std::vector<Match> out;
+    out.reserve(contour.size());
+    for (std::size_t i = 0; i < contour.size(); ++i)
+        out.push_back(match(contour[i], feet[i]));
+    return out;
+}
+
+std::vector<double> ReferenceContour::leans_along(std::span<const ContourPoint> contour) const {
+    std::vector<double> leans;
+    for (const Match& matched : matches(contour))
+        leans.push_back(station_at(matched.s_mm).lean_rad);
+    return leans;
+}
+
+std::vector<std::optional<double>> ReferenceContour::compare(std::span<ContourPoint> contour, Lean lean) const {
+    const auto matched_to = matches(contour);
         }
         if (point.reached) deviations[i] = deviation(point, matched);
     }

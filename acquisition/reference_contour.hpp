@@ -48,6 +48,9 @@ class ReferenceContour {
     PointTolerance tolerance_at(double s_mm) const;
     /// Outward unit normal of the nominal surface where a ball with this centre in the section's plane would touch it;
     /// `outward`: the way in which the part is sought, unit.
+    /// The nominal's lean beside each contour point, as above; of a nominal that knows the steepest only, that one.
+    std::vector<double> leans_along(std::span<const fitting::ContourPoint> contour) const;
+
     Eigen::Vector3d touched_normal(const Eigen::Vector2d& centre_mm, const Eigen::Vector2d& outward) const;
 
   private:
@@ -73,6 +76,7 @@ class ReferenceContour {
     std::vector<fitting::Hollow> hollows_;
     std::vector<Station> stations_;
     std::vector<PointTolerance> tolerances_;  // at each point
+    std::vector<Match> matches(std::span<const fitting::ContourPoint> contour) const;
     std::vector<double> tolerance_share_;     // of the length, where; ends with 1
 };
 

@@ -60,6 +60,8 @@ SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit>
     evaluation.te_model = setup.fitting.te_model;
     evaluation.rule = setup.gate.rule;
     evaluation.alignment = setup.alignment;
+    evaluation.lean = lean;
+    evaluation.plane = setup.plane;
     SectionAlignment unknown;
     if (setup.alignment.kind == AlignmentKind::six_points) {
         if (!setup.frame) unknown = without_frame(setup.alignment);

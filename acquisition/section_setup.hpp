@@ -35,7 +35,8 @@ struct SectionSetup {
     std::optional<Eigen::Vector2d> le_hint_mm;  ///< without a nominal: what the part file says
     FittingSpec fitting;
     AlignmentSpec alignment;
-    std::optional<SectionAlignment> frame;  ///< by six points (part_frame.hpp)
+    std::optional<SectionAlignment> frame;           ///< by six points (part_frame.hpp)
+    std::optional<fitting::PlaneUncertainty> plane;  ///< likewise: of the section's height
     GateSpec gate;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/section_sizes.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -45,15 +46,34 @@ std::string model_note(const fitting::EdgeFit& edge) {
     return note;
 }
 
+/// How the radius of an edge answers to its contour: that of the circle that fits the displaced points best.
+fitting::Sensitivity radius_slopes(const std::vector<ContourPoint>& contour, Zone zone) {
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    const auto row = [](const ContourPoint& p) { return Eigen::Vector3d(p.normal.x(), p.normal.y(), 1.0); };
+    for (const auto& point : contour)
+        if (point.zone == zone) normal += row(point) * row(point).transpose();
+    const Eigen::Vector3d radius = normal.ldlt().solve(Eigen::Vector3d::UnitZ());
+    fitting::Sensitivity slopes;
+    for (std::size_t i = 0; i < contour.size(); ++i)
+        if (contour[i].zone == zone) slopes.add(i, row(contour[i]).dot(radius));
+    return slopes;
+}
+
+/// Half a 95 % interval with what a wrong height of the section makes of the edge.
+double with_plane(double u95_mm, const fitting::SectionFit& fit, Zone zone) {
+    const double variance = fit.contour_noise.plane_variance(radius_slopes(fit.contour, zone));
+    return std::hypot(u95_mm, fit.contour_noise.coverage() * std::sqrt(variance));
+}
+
 Characteristic edge_radius(const char* name, const fitting::EdgeFit& edge, std::optional<fitting::EdgeModel> asked,
-                           double error) {
+                           double u95_mm) {
     const std::string method = radius_method_of(edge.model);
     if (!edge.valid) return not_evaluable(name, method, {}, edge.why.empty() ? "no circular edge" : edge.why);
     if (asked && edge.model != *asked)
         return not_evaluable(name, method, {},
                              "the points do not tell the form that was asked for; they give " +
                                  core::fixed(edge.radius_mm, 4) + " mm by another");
-    return reported(name, method, edge.radius_mm, edge.radius_u95_mm + error,
+    return reported(name, method, edge.radius_mm, u95_mm,
                     "arc of " + core::fixed(core::deg_from_rad(edge.arc_angle_rad), 0) + " deg, rms " +
                         core::length_text(edge.rms_mm) + model_note(edge));
 }
@@ -106,10 +126,11 @@ Characteristic size_of(const char* name, const fitting::Measure& measure, const 
 void add_sizes(SectionResult& section, fitting::MeasuredSection& measured, const EvaluationOptions& options) {
     const auto& fit = *section.fit;
     auto& out = section.characteristics;
-    out.push_back(
-        edge_radius("le_radius", fit.le, options.le_model, nearest_to(fit.contour, fit.le_point_mm).offset_error_mm));
-    out.push_back(
-        edge_radius("te_radius", fit.te, options.te_model, nearest_to(fit.contour, fit.te_point_mm).offset_error_mm));
+    const auto radius_u95 = [&](const fitting::EdgeFit& edge, const Vector2d& nose, Zone zone) {
+        return with_plane(edge.radius_u95_mm, fit, zone) + nearest_to(fit.contour, nose).offset_error_mm;
+    };
+    out.push_back(edge_radius("le_radius", fit.le, options.le_model, radius_u95(fit.le, fit.le_point_mm, Zone::le)));
+    out.push_back(edge_radius("te_radius", fit.te, options.te_model, radius_u95(fit.te, fit.te_point_mm, Zone::te)));
     const auto chord = fitting::measure_chord(measured, fitting::ChordMethod::nose_tail);
     out.push_back(chord ? size_of("chord", *chord, measured) : plain_chord(fit, chord.error().message));
     const auto thickness = fitting::measure_max_thickness(measured);

@@ -77,7 +77,7 @@ NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const 
     for (const double part : taken)
         doubt += part * part;
     NumberUncertainty out;
-    const double noise = coverage_ * std::sqrt(variance(contour, number) + own_variance);
+    const double noise = coverage_ * std::sqrt(variance(contour, number) + own_variance + plane_.variance(number));
     out.offset_error = std::abs(offset);
     out.u95 = std::hypot(noise, std::sqrt(doubt)) + bound + out.offset_error;
     out.standard = out.u95 / coverage_;

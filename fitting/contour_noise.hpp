@@ -3,9 +3,11 @@
 
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "fitting/join.hpp"
+#include "fitting/plane_error.hpp"
 #include "fitting/plane_motion.hpp"
 #include "fitting/sensitivity.hpp"
 #include "fitting/smoothing.hpp"
@@ -34,11 +36,16 @@ class ContourNoise {
     double coverage() const { return coverage_; }
     /// The contour was moved since: `motion` leads from where it is to where the noise was found.
     void lies_in(const PlaneMotion& motion) { from_contour_ = motion; }
+    /// The plane of the section is not where it should be by this.
+    void take(PlaneError plane) { plane_ = std::move(plane); }
+    /// Of a number by that alone.
+    double plane_variance(const Sensitivity& number) const { return plane_.variance(number); }
     /// From the noise of the points alone, in the square of the number's unit. Where nothing is known, the points' own
     /// u95 fully correlated, which is never too small.
     double variance(std::span<const ContourPoint> contour, const Sensitivity& number) const;
-    /// With what the neighbouring sections took, correlated over an eighth of the section, and with the bounds, which
-    /// are added. `own_variance`: of what is not in the contour (the radius of an edge's circle), independent.
+    /// With the error of the plane, with what the neighbouring sections took, correlated over an eighth of the section,
+    /// and with the bounds, which are added. `own_variance`: of what is not in the contour (the radius of an edge's
+    /// circle), independent.
     NumberUncertainty of(std::span<const ContourPoint> contour, const Sensitivity& number,
                          double own_variance = 0.0) const;
 
@@ -47,6 +54,7 @@ class ContourNoise {
     std::vector<EdgePatch> patches_;
     double period_ = 0.0, coverage_ = 2.0;
     PlaneMotion from_contour_;
+    PlaneError plane_;
 };
 
 }  // namespace cmm::fitting
