@@ -174,7 +174,7 @@ void compare_with(const ReferenceContour& nominal, const fitting::NominalSection
                   const EvaluationOptions& options, const SectionAlignment* shared, SectionResult& section) {
     auto& contour = section.fit->contour;
     if (options.alignment.kind == AlignmentKind::none) {
-        section.deviation_mm = nominal.compare(contour);
+        section.deviation_mm = nominal.compare(contour, options.lean);
         return;
     }
     // Sizes do not mind how the section lies; what the 2-D offset makes too thick is told by the wall next to it.
@@ -198,7 +198,7 @@ void compare_with(const ReferenceContour& nominal, const fitting::NominalSection
         }
     }
     const auto& motion = section.alignment.motion;
-    section.deviation_mm = compare_aligned(contour, nominal, motion);
+    section.deviation_mm = compare_aligned(contour, nominal, motion, options.lean);
     for (auto& point : section.nominal_contour)
         point = motion.apply(point);
 }
@@ -237,7 +237,7 @@ std::vector<Characteristic> out_for_certain(const SectionResult& section, const 
     const auto aligned = align_section(*section.fit, nominal, curve.curve(), best, widths);
     if (!aligned) return {};
     auto contour = section.fit->contour;
-    const auto deviation = compare_aligned(contour, nominal, aligned->alignment.motion);
+    const auto deviation = compare_aligned(contour, nominal, aligned->alignment.motion, options.lean);
     const auto filtered = fitting::filter_zones(contour, deviation, {});
     std::vector<Characteristic> out;
     for (const auto& zone : profile_zones) {

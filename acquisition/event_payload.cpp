@@ -157,8 +157,12 @@ std::string again_payload(const SectionResult& section, std::size_t pass, const 
         .text();
 }
 
-std::string decision_payload(std::size_t section, Decision decision) {
-    return JsonFields().add("section", section).add("decision", acquisition::to_string(decision)).text();
+std::string decision_payload(std::size_t section, Decision decision, bool certain) {
+    return JsonFields()
+        .add("section", section)
+        .add("decision", acquisition::to_string(decision))
+        .add("certain", certain)
+        .text();
 }
 
 std::string frame_payload(const PartFrame& frame) {
@@ -168,23 +172,23 @@ std::string frame_payload(const PartFrame& frame) {
             text += (text.empty() ? "[" : ", ") + core::fixed(value, digits);
         return text + "]";
     };
+    std::string excesses;
+    for (const auto& excess : frame.excess_mm)
+        excesses += (excesses.empty() ? "[" : ", ") + (excess ? core::fixed(*excess, number_digits) : "null");
     return JsonFields()
         .add("kind", acquisition::to_string(AlignmentKind::six_points))
         .add("rounds", frame.rounds)
         .add("condition", frame.condition, 3)
-    std::string excesses;
-    for (const auto& excess : frame.excess_mm)
-        excesses += (excesses.empty() ? "[" : ", ") + (excess ? core::fixed(*excess, number_digits) : "null");
         .raw("about_mm", list(frame.about_mm, number_digits))
         .raw("shift_mm", list(frame.shift_mm(), number_digits))
         .raw("turn_rad", list(frame.turn_rad(), number_digits))
         .raw("standard", list(frame.standard(), number_digits))
         .raw("residual_mm", list(frame.residual_mm, number_digits))
+        .raw("excess_mm", excesses + "]")
         .add("moved_mm", frame.moved_mm, number_digits)
         .text();
 }
 
-        .raw("excess_mm", excesses + "]")
 std::string link_payload(const drivers::LinkStats& stats) {
     JsonFields fields;
     fields.add("exchanges", stats.ok)

@@ -50,7 +50,7 @@ fitting::SectionOptions section_options(const SectionSetup& setup) {
 }
 
 SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit> fit, const SectionSetup& setup,
-                        const SectionAlignment* shared) {
+                        const SectionAlignment* shared, Lean lean) {
     EvaluationOptions evaluation;
     evaluation.profile_mm = setup.gate.profile_mm;
     evaluation.edge_profile_mm = setup.gate.edge_profile_mm;

@@ -49,9 +49,9 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
 fitting::SectionOptions section_options(const SectionSetup& setup);
 
 /// Judges a fit by what the setup says; `section` brings index, name, z and points. `shared`: of the blade's alignment
-/// (nullptr: not known yet).
+/// (nullptr: not known yet). `lean`: by which the error of the 2-D offset is counted.
 SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit> fit, const SectionSetup& setup,
-                        const SectionAlignment* shared = nullptr);
+                        const SectionAlignment* shared = nullptr, Lean lean = Lean::nominal);
 
 /// Judges single sections of a part, compensated in their planes. Give it a part's sections in order: without a nominal
 /// or hint the first section's edge with the larger radius is the LE, and the following sections take the edge next to

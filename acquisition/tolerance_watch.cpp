@@ -58,7 +58,7 @@ std::optional<Exceedance> ToleranceWatch::look(const fitting::LiveSpline::Point&
     found.zone = setup_->nominal->section.zone_at(compared.s_mm);
     found.limit_mm = *limit;
     found.deviation_mm = *compared.deviation_mm;
-    found.guard_mm = coverage_ * place.sigma_mm + (found.deviation_mm > 0.0 ? compared.offset_error_mm : 0.0);
+    found.guard_mm = coverage_ * place.sigma_mm + (found.deviation_mm > 0.0 ? compared.doubted_error_mm : 0.0);
     return excess_mm(found) > 0.0 ? std::optional(found) : std::nullopt;
 }
 

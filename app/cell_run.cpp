@@ -99,7 +99,8 @@ core::Status CellRun::write_files() const {
     return acquisition::write_outputs(outcome_->result, folder_);
 }
 
-/// A section that is rejected, while it is measured or behind its last point, settles the verdict (docs/cli.md).
+/// A section that is rejected for certain, while it is measured or behind its last point, settles the verdict
+/// (docs/cli.md).
 void CellRun::hear(const acquisition::Event& event) {
     if (event.kind == EventKind::resume) return hooks_.held(Reason::none);
     const bool hold = event.kind == EventKind::hold;
@@ -118,6 +119,7 @@ void CellRun::hear(const acquisition::Event& event) {
         return;
     }
     if (fields.value("decision", "") != "reject") return;
+    if (!fields.value("while_measuring", false) && !fields.value("certain", false)) return;
     const auto arrived = clock_.now() - core::from_ms(timed ? latency->get<double>() : latency_ms_);
     hooks_.rejected(fields.value("section", std::size_t{0}) + 1, arrived);
 }
