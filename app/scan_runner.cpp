@@ -13,6 +13,7 @@
 
 #include "acquisition/exports.hpp"
 #include "acquisition/scan_job.hpp"
+#include "app/browser.hpp"
 #include "app/console.hpp"
 #include "app/hand_commands.hpp"
 #include "app/job_request.hpp"
@@ -92,11 +93,13 @@ int run_main_job(const RunnerOptions& options) {
     RunPage page;
     std::optional<acquisition::ScanOutcome> outcome;
     acquisition::OperatorChoice choice;
+    std::optional<ShownPage> shown;
     {
         acquisition::ScanJob job(std::move(*request), **machine, clock, events, workers);
         if (auto status = page.start(options.page, options.out, job, **machine, events); !status)
             return fail(status.error());
         if (!page.url().empty()) progress.line("page: " + page.url());
+        if (!page.url().empty() && options.page.show) shown.emplace(page.url(), options.out);
         job.on_progress([&](double share, const std::string& text) {
             progress.show(share, text);
             page.show(share, text);
