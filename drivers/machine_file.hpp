@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/config.hpp"
 #include "core/error.hpp"
 #include "drivers/dro/dro_settings.hpp"
 #include "drivers/endpoint.hpp"
@@ -28,6 +29,7 @@ struct LinkSettings {
 /// Reads a machine file; the table [controller] belongs to the simulator. Errors: input_missing,
 /// config_*.
 core::Result<LinkSettings> load_link_settings(const std::string& path);
+core::Result<LinkSettings> read_link_settings(const core::ConfigTable& root);
 /// A URL ("scheme:...") or the name of a machine file.
 core::Result<LinkSettings> link_settings_from(const std::string& url_or_file);
 

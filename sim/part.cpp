@@ -102,27 +102,31 @@ GeometrySource read_nominal(const ConfigTable& nominal, bool wanted) {
 }  // namespace
 
 Result<Part> load_part(const std::string& part_file) {
-    auto root = ConfigTable::load(part_file);
+    const auto root = ConfigTable::load(part_file);
     if (!root) return tl::unexpected(root.error());
+    return read_part(*root);
+}
+
+Result<Part> read_part(const ConfigTable& root) {
     PartNumbers numbers;
-    const ConfigTable part = root->table("part");
+    const ConfigTable part = root.table("part");
     numbers.part.name = part.required_text("name");
     part.word("kind", "blade", {"blade"});
     part.text("serial", "");
     for (const char* of_the_host : {"scan", "fitting", "alignment", "gate", "tolerance", "characteristic"})
-        root->ignore(of_the_host);
-    read_stylus(root->table("stylus"), numbers.part);
-    const ConfigTable actual = root->table("actual");
+        root.ignore(of_the_host);
+    read_stylus(root.table("stylus"), numbers.part);
+    const ConfigTable actual = root.table("actual");
     read_actual(actual, numbers);
     const std::string kind = actual.word("kind", "nominal", {"nominal", "parametric", "sections", "mesh"});
-    GeometrySource source = read_nominal(root->table("nominal"), kind == "nominal");
+    GeometrySource source = read_nominal(root.table("nominal"), kind == "nominal");
     if (kind != "nominal") {
         source = read_source(actual, kind);
     } else {
         actual.texts("files");
         actual.word("span", "auto", {"x", "y", "z", "auto"});
     }
-    if (auto status = root->finish(); !status) return tl::unexpected(status.error());
+    if (auto status = root.finish(); !status) return tl::unexpected(status.error());
 
     source.beyond_mm = numbers.part.ball_radius_mm;
     auto surface = build_surface(source, numbers.deviation, numbers.part.remarks);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/config.hpp"
 #include "core/error.hpp"
 
 namespace cmm::sim {
@@ -51,5 +52,6 @@ struct Part {
 
 /// Reads the part file (docs/part-file.md). Errors: config_*, input_*.
 core::Result<Part> load_part(const std::string& part_file);
+core::Result<Part> read_part(const core::ConfigTable& root);
 
 }  // namespace cmm::sim
