@@ -110,7 +110,10 @@ core::Result<CamberPlace> CamberLine::at_distance(const CamberEnd& end, double d
     const bool from_le = &end == &le_;
     CamberPlace out;
     const auto distance = [&](const Vec2& p) { return (p - end.point_).norm(); };
-    if (distance(end.on_cubic(end.first_mm_)) >= distance_mm) {
+    const std::size_t n = circles_.size();
+    const auto counted = [&](std::size_t k) { return from_le ? k : n - 1 - k; };
+    // Where the first circle begins the cubic lies beside its centre: what falls between the two is of the cubic.
+    if (distance(end.on_cubic(end.first_mm_)) >= distance_mm || distance(circles_[counted(0)].centre) >= distance_mm) {
         double low = end.x_, high = end.first_mm_;
         for (int step = 0; step < search_steps; ++step) {
             const double middle = 0.5 * (low + high);
@@ -121,12 +124,10 @@ core::Result<CamberPlace> CamberLine::at_distance(const CamberEnd& end, double d
         end.add_cubic(*contour_, low, left_of(out.inward).dot(left_of(end.axis_)), out.across);
         return out;
     }
-    const std::size_t n = circles_.size();
-    const auto counted = [&](std::size_t k) { return from_le ? k : n - 1 - k; };
     std::size_t k = 0;
     while (k < n && distance(circles_[counted(k)].centre) < distance_mm)
         ++k;
-    if (k == 0 || k == n) return no_camber("the camber line does not reach so far");
+    if (k == n) return no_camber("the camber line does not reach so far");
     const InscribedCircle &near = circles_[counted(k - 1)], &far = circles_[counted(k)];
     const Vec2 step = far.centre - near.centre, forward = step.normalized(), side = across(forward, near);
     double share = 0.5;
