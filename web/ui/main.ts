@@ -133,6 +133,13 @@ function cells(row: HTMLTableRowElement, texts: (string | HTMLElement)[], number
   });
 }
 
+/** A text with another below it. */
+function withSmall(tag: 'span' | 'th', text: string, below: string): HTMLElement {
+  const element = make(tag, text);
+  if (below) element.append(make('small', below));
+  return element;
+}
+
 /** For people: angles in degrees. */
 function shown(c: Characteristic, value: number | null, digits: number): string {
   if (value === null) return '';
@@ -142,13 +149,14 @@ function shown(c: Characteristic, value: number | null, digits: number): string 
 }
 
 function limits(c: Characteristic): string {
-  if (c.lower === null) return c.upper === null ? '' : '≤ ' + shown(c, c.upper, 3);
-  return c.upper === null ? '≥ ' + shown(c, c.lower, 3) : shown(c, c.lower, 3) + ' … ' + shown(c, c.upper, 3);
+  if (c.lower === null) return c.upper === null ? '' : '≤\u00a0' + shown(c, c.upper, 3);
+  return c.upper === null ? '≥\u00a0' + shown(c, c.lower, 3) : shown(c, c.lower, 3) + '\u00a0… ' + shown(c, c.upper, 3);
 }
 
 function drawTable() {
   const head = make('tr');
-  for (const word of ['characteristic', 'value', 'u95', 'nominal', 'limit', 'decision'] as Word[]) head.append(make('th', say(word)));
+  const titles: [Word, Word?][] = [['characteristic'], ['decision'], ['value', 'u95'], ['limit', 'nominal']];
+  for (const [word, below] of titles) head.append(withSmall('th', say(word), below ? say(below) : ''));
   byId('table-head').replaceChildren(head);
   const final = finalShown();
   byId('table-title').textContent = final ? `${say('characteristics')} · ${say('section')} ${final.index}` : say('characteristics');
@@ -157,12 +165,13 @@ function drawTable() {
   byId('table-body').replaceChildren(...rows.map(([c, whole]) => {
     const row = make('tr'), name = make('span', named(c.name) + (whole ? ` (${say('whole_part')})` : ''));
     name.title = [c.method, c.note].filter(Boolean).join('\n');
-    cells(row, [name, shown(c, c.value, 4) || '–', shown(c, c.u95, 4) || '–', shown(c, c.nominal, 4), limits(c), badge(c.decision)], [1, 2, 3, 4]);
+    const u95 = shown(c, c.u95, 4);
+    cells(row, [name, badge(c.decision), withSmall('span', shown(c, c.value, 4) || '–', u95 && '±\u00a0' + u95), withSmall('span', limits(c), shown(c, c.nominal, 4))], [2, 3]);
     return row;
   }));
   if (!rows.length) {
     const row = make('tr'), cell = make('td', say('planned'), 'soft');
-    cell.colSpan = 6;
+    cell.colSpan = titles.length;
     row.append(cell);
     byId('table-body').replaceChildren(row);
   }
