@@ -6,6 +6,7 @@
 
 #include "acquisition/exports.hpp"
 #include "acquisition/file_number.hpp"
+#include "acquisition/traceability.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -171,6 +172,19 @@ Json section_of(const SectionResult& section) {
     return out;
 }
 
+Json traceability_of(const PartResult& part) {
+    const auto known = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
+    Json sources = Json::array();
+    for (const auto& source : part.sources)
+        sources.push_back({{"what", source.what}, {"file", source.name}, {"sha256", known(source.sha256)}});
+    const auto decisions = operator_decisions(part);
+    return {{"sources", std::move(sources)},
+            {"plan_hash", known(part.plan_hash)},
+            {"points_csv_sha256", known(points_sha256(part))},
+            {"left_out_by_operator", decisions.left_out},
+            {"kept_by_operator", decisions.kept}};
+}
+
 }  // namespace
 
 std::string result_json(const PartResult& part) {
@@ -195,6 +209,7 @@ std::string result_json(const PartResult& part) {
                {"software_version", part.software_version},
                {"ball_radius_mm", number(part.ball_radius_mm)},
                {"complete", part.complete}}},
+             {"traceability", traceability_of(part)},
              {"characteristics", std::move(of_part)},
              {"sections", std::move(sections)}};
     if (part.part_frame) out["part_frame"] = part_frame(*part.part_frame);

@@ -9,6 +9,7 @@
 #include "acquisition/report_text.hpp"
 #include "acquisition/section_figures.hpp"
 #include "acquisition/svg.hpp"
+#include "acquisition/traceability.hpp"
 #include "core/text.hpp"
 #include "pdf/pages.hpp"
 
@@ -127,6 +128,15 @@ void add_section(pdf::Pages& pages, const SectionResult& section, double ball_ra
     pages.pictures(edges, 3);
 }
 
+void add_pairs(pdf::Pages& pages, const std::string& heading,
+               const std::vector<std::pair<std::string, std::string>>& pairs) {
+    std::vector<std::vector<Cell>> rows;
+    for (const auto& [what, text] : pairs)
+        rows.push_back({{what}, {text}});
+    pages.heading(heading);
+    pages.table(std::vector<Column>{{"", 1.0, false}, {"", 5.0, false}}, rows);
+}
+
 }  // namespace
 
 core::Result<std::string> report_pdf(const PartResult& part) {
@@ -161,11 +171,8 @@ core::Result<std::string> report_pdf(const PartResult& part) {
     }
     for (const auto& section : part.sections)
         add_section(*pages, section, part.ball_radius_mm);
-    pages->heading("Methods");
-    std::vector<std::vector<Cell>> rows;
-    for (const auto& [what, text] : report_methods(part))
-        rows.push_back({{what}, {text}});
-    pages->table(std::vector<Column>{{"", 1.0, false}, {"", 5.0, false}}, rows);
+    add_pairs(*pages, "Methods", report_methods(part));
+    add_pairs(*pages, "Traceability", traceability(part));
     return pages->finish();
 }
 

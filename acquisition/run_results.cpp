@@ -8,6 +8,7 @@
 #include "acquisition/part_characteristics.hpp"
 #include "acquisition/part_judge.hpp"
 #include "acquisition/section_setup.hpp"
+#include "acquisition/traceability.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -32,6 +33,7 @@ core::Result<PartResult> results_of_points(const std::vector<PointSection>& sect
     const auto nominal = load_nominal(used.nominal);
     if (!nominal) return tl::unexpected(nominal.error());
     PartResult result;
+    result.sources = sources_of(used);
     result.part_name = used.name;
     result.part_serial = used.serial;
     result.machine = "recorded points";

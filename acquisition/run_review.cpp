@@ -6,6 +6,7 @@
 
 #include "acquisition/part_characteristics.hpp"
 #include "acquisition/part_judge.hpp"
+#include "acquisition/traceability.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -25,7 +26,7 @@ core::Result<PartFile> part_of_run(const std::string& run_file) {
 }
 
 RunReview::RunReview(std::unique_ptr<Journal> journal, PartFile part, std::shared_ptr<const Nominal> nominal)
-    : journal_(std::move(journal)), part_(std::move(part)), nominal_(std::move(nominal)) {
+    : journal_(std::move(journal)), part_(std::move(part)), sources_(sources_of(part_)), nominal_(std::move(nominal)) {
     // The ball that measured, whatever a second part file says.
     part_.stylus.radius_mm = journal_->header().ball_radius_mm;
 }
@@ -144,6 +145,8 @@ core::Result<PartResult> RunReview::result() {
     result.machine = header.machine_model + " " + header.machine_serial + " (" + header.machine_url + ")";
     result.run_id = header.run_id;
     result.software_version = header.software_version;
+    result.sources = sources_;
+    result.plan_hash = header.plan_hash;
     result.ball_radius_mm = header.ball_radius_mm;
     result.has_nominal = has_nominal();
     result.decision_rule = part_.gate.rule.worded();

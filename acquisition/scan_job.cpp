@@ -61,6 +61,8 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
     outcome.result.run_id = request_.run_id;
     outcome.result.machine = capabilities_.model + " " + capabilities_.serial + " (" + request_.machine_url + ")";
     outcome.result.software_version = request_.software_version;
+    outcome.result.sources = request_.sources;
+    outcome.result.plan_hash = plan_.hash;
     outcome.result.ball_radius_mm = request_.part.stylus.radius_mm;
     outcome.result.has_nominal = request_.nominal != nullptr;
     outcome.result.part_frame = frame_;

@@ -39,6 +39,7 @@ struct ScanRequest {
     bool touch = false;  ///< by single touches, also where the machine could scan
     std::string machine_url;
     std::string software_version;
+    std::vector<SourceFile> sources;  ///< of the part (traceability.hpp)
     std::string run_id, started_utc;
     /// Asked while a run waits for a full disk, on a thread of its own that may outlive the job.
     std::function<bool(const std::string& beside, std::int64_t bytes)> disk_has_room = acquisition::disk_has_room;

@@ -143,10 +143,17 @@ struct PartCharacteristic {
 /// "bow_x of section 2", "lean_x".
 std::string name_of(const PartCharacteristic& c);
 
+/// A file that a result rests on (traceability.hpp).
+struct SourceFile {
+    std::string what, name, sha256;  ///< "Part file", without its folder, empty: not known
+};
+
 /// A whole part with all that the files and the report say about it. A value.
 struct PartResult {
     std::string part_name, part_serial, started_utc, machine, run_id;
-    std::string software_version;  ///< "cmmlive 0.1.0"
+    std::string software_version;     ///< "cmmlive 0.1.0"
+    std::vector<SourceFile> sources;  ///< part file, nominal, tolerances (traceability.hpp)
+    std::string plan_hash;            ///< of the run's plan; empty: not of a run
     double ball_radius_mm = 0.0;
     bool has_nominal = false;
     std::optional<fitting::SixPointFrame> part_frame;  ///< where the part stands on the machine, by six points

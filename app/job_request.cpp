@@ -10,6 +10,7 @@
 
 #include "acquisition/nominal.hpp"
 #include "acquisition/run_results.hpp"
+#include "acquisition/traceability.hpp"
 #include "app/console.hpp"
 
 namespace cmm::app {
@@ -33,6 +34,7 @@ core::Result<acquisition::ScanRequest> new_request(acquisition::PartFile part, c
     auto nominal = acquisition::load_nominal(part.nominal);
     if (!nominal) return tl::unexpected(nominal.error());
     acquisition::ScanRequest request;
+    request.sources = acquisition::sources_of(part);
     request.part = std::move(part);
     request.nominal = std::move(*nominal);
     request.run_file = out + "/run.cmmrun";
