@@ -154,7 +154,7 @@ struct PlaceValue {
 /// How uncertain they are: at some of them by the covariance of the contour, evenly between.
 void add_noise(const fitting::MeasuredSection& section, const MeanCurvature& mean, std::vector<PlaceValue>& places) {
     const auto find = [&](PlaceValue& place) {
-        const auto u = section.uncertainty({"", 0.0, mean.slopes(place.s_mm), 0.0});
+        const auto u = section.uncertainty({"", 0.0, mean.slopes(place.s_mm), {}});
         place.bound = u.offset_error;
         place.sigma = std::max(0.0, u.u95 - u.offset_error) / section.fit().contour_noise.coverage();
     };

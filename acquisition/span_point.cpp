@@ -35,7 +35,7 @@ std::optional<SpanPoint> span_point(const fitting::SectionFit& fit, const fittin
     out.deviation_mm = (measured.contour().position(place) - foot).dot(normal);
     const double cosine = measured.contour().normal(place).dot(normal);
     if (std::abs(out.deviation_mm) > farthest_mm || cosine < 0.5) return std::nullopt;
-    fitting::Measure measure{"", out.deviation_mm, {}, 0.0};
+    fitting::Measure measure{"", out.deviation_mm, {}, {}};
     measured.contour().add(place, 1.0 / cosine, measure.slopes);
     out.standard_mm = measured.uncertainty(measure).standard;
     return out;

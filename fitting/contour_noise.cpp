@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "fitting/section.hpp"
@@ -12,6 +13,7 @@ namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t stretches = 8;  // of a section, within which what the neighbouring sections took goes together
+constexpr std::size_t machine_stretches = 12;  // likewise what differs from place to place of the machine
 
 /// Each point once: bounds add what is left of a point, not what was added and taken away again.
 std::vector<std::pair<std::size_t, double>> merged(const Sensitivity& number) {
@@ -62,8 +64,44 @@ double ContourNoise::variance(std::span<const ContourPoint> contour, const Sensi
     return variance;
 }
 
+FieldLoads ContourNoise::loads_at(const ContourPoint& point) const {
+    return fields_.at(from_contour_.apply(point.position_mm), from_contour_.apply_to_direction(point.normal),
+                      point.rise);
+}
+
+double ContourNoise::place_mm(const ContourPoint& point) const {
+    return fields_.place_mm(point.rise);
+}
+
+FieldLoads ContourNoise::loads(std::span<const ContourPoint> contour, const Sensitivity& number) const {
+    FieldLoads out = FieldLoads::Zero();
+    if (!fields_.any()) return out;
+    for (const auto& [point, weight] : merged(number))
+        out += weight * loads_at(contour[point]);
+    return out;
+}
+
+/// A random function of the place: between two of equally spaced values as the cosine and the sine of a quarter turn,
+/// so that its variance is the same everywhere.
+double ContourNoise::variance_of_places(std::span<const ContourPoint> contour, const Sensitivity& number) const {
+    std::array<double, machine_stretches> by_value{};
+    const double whole = contour.empty() ? 1.0 : std::max(contour.back().arc_length_mm, 1e-12);
+    for (const auto& [point, weight] : merged(number)) {
+        const ContourPoint& p = contour[point];
+        const double place = p.arc_length_mm / whole * static_cast<double>(machine_stretches);
+        const double floor = std::floor(place), part = 0.5 * std::numbers::pi * (place - floor);
+        const auto k = static_cast<std::size_t>(floor) % machine_stretches;
+        by_value[k] += weight * place_mm(p) * std::cos(part);
+        by_value[(k + 1) % machine_stretches] += weight * place_mm(p) * std::sin(part);
+    }
+    double variance = 0.0;
+    for (const double value : by_value)
+        variance += value * value;
+    return variance;
+}
+
 NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const Sensitivity& number,
-                                   double own_variance) const {
+                                   const BesideContour& beside) const {
     double bound = 0.0, offset = 0.0, doubt = 0.0;
     std::array<double, stretches> taken{};
     const double whole = contour.empty() ? 1.0 : std::max(contour.back().arc_length_mm, 1e-12);
@@ -77,11 +115,30 @@ NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const 
     for (const double part : taken)
         doubt += part * part;
     NumberUncertainty out;
-    const double noise = coverage_ * std::sqrt(variance(contour, number) + own_variance);
+    const double noise = coverage_ * std::sqrt(variance(contour, number) + beside.variance);
+    const double scattered = std::hypot(noise, std::sqrt(doubt));
     out.offset_error = std::abs(offset);
-    out.u95 = std::hypot(noise, std::sqrt(doubt)) + bound + out.offset_error;
-    out.standard = out.u95 / coverage_;
+    out.u95 = scattered + bound + out.offset_error;
+    out.standard = out.independent = out.u95 / coverage_;
+    out.budget.noise = scattered / coverage_;
+    out.budget.bound = bound + out.offset_error;
+    if (fields_.any()) add_fields(contour, number, beside, out);
     return out;
+}
+
+void ContourNoise::add_fields(std::span<const ContourPoint> contour, const Sensitivity& number,
+                              const BesideContour& beside, NumberUncertainty& out) const {
+    Sensitivity all = number;
+    all.add(beside.slopes, 1.0);
+    out.loads = loads(contour, all) + beside.loads;
+    const double places = variance_of_places(contour, all), known = std::abs(known_of(out.loads));
+    for (std::size_t k = 0; k < error_sources; ++k)
+        out.budget.machine[k] = std::sqrt(variance_of(out.loads, static_cast<ErrorSource>(k)) +
+                                          (static_cast<ErrorSource>(k) == ErrorSource::length ? places : 0.0));
+    out.independent = std::hypot(out.independent, std::sqrt(places));
+    out.u95 = coverage_ * std::hypot(out.budget.noise, out.budget.shared()) + out.budget.bound + known;
+    out.budget.bound += known;
+    out.standard = out.u95 / coverage_;
 }
 
 }  // namespace cmm::fitting

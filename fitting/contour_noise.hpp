@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "fitting/error_fields.hpp"
 #include "fitting/join.hpp"
 #include "fitting/plane_motion.hpp"
 #include "fitting/sensitivity.hpp"
@@ -16,14 +17,25 @@ struct ContourPoint;
 
 /// The uncertainty of a number that was computed from a contour.
 struct NumberUncertainty {
-    double standard = 0.0;      ///< one standard deviation
-    double u95 = 0.0;           ///< half the 95 % interval, bounds included
-    double offset_error = 0.0;  ///< part of u95: what the 2-D offset makes of it (A22), whose sign is known
+    double standard = 0.0;                  ///< one standard deviation
+    double u95 = 0.0;                       ///< half the 95 % interval, bounds included
+    double offset_error = 0.0;              ///< part of u95: what the 2-D offset makes of it (A22), whose sign is known
+    double independent = 0.0;               ///< standard: of what it has in common with no number of another section
+    FieldLoads loads = FieldLoads::Zero();  ///< how it answers to what all sections have in common
+    ErrorBudget budget;
+};
+
+/// What a number depends on beside the contour's noise.
+struct BesideContour {
+    double variance = 0.0;                  ///< by what is not in the contour (the radius of an edge's circle)
+    Sensitivity slopes;                     ///< of that: by what errs alike only, its noise is `variance`
+    FieldLoads loads = FieldLoads::Zero();  ///< by other sections, through an alignment
 };
 
 /// The errors of a section's contour as a whole, so that those of neighbouring places go together (docs/theory.md,
 /// section 13): of the free form by the posterior covariance of the smoothing spline, at the edges by that of their
-/// models' parameters. Value type; refers to nothing.
+/// models' parameters; and by what machine, probe and temperature do alike to many points (section 16). Value type;
+/// refers to nothing.
 class ContourNoise {
   public:
     /// Nothing is known but the points' own u95.
@@ -34,19 +46,32 @@ class ContourNoise {
     double coverage() const { return coverage_; }
     /// The contour was moved since: `motion` leads from where it is to where the noise was found.
     void lies_in(const PlaneMotion& motion) { from_contour_ = motion; }
+    /// Of the frame where the noise was found; without them nothing errs but the points.
+    void set_fields(const ErrorFields& fields) { fields_ = fields; }
+    bool has_fields() const { return fields_.any(); }
+    FieldLoads loads(std::span<const ContourPoint> contour, const Sensitivity& number) const;
+    /// Of the contour's own place, and by what differs from place to place, standard.
+    FieldLoads loads_at(const ContourPoint& point) const;
+    double place_mm(const ContourPoint& point) const;
+    double direction_mm() const { return fields_.direction_mm(); }
     /// From the noise of the points alone, in the square of the number's unit. Where nothing is known, the points' own
     /// u95 fully correlated, which is never too small.
     double variance(std::span<const ContourPoint> contour, const Sensitivity& number) const;
     /// With what the neighbouring sections took, correlated over an eighth of the section, and with the bounds, which
-    /// are added. `own_variance`: of what is not in the contour (the radius of an edge's circle), independent.
+    /// are added; and with the fields of errors.
     NumberUncertainty of(std::span<const ContourPoint> contour, const Sensitivity& number,
-                         double own_variance = 0.0) const;
+                         const BesideContour& beside = {}) const;
 
   private:
+    double variance_of_places(std::span<const ContourPoint> contour, const Sensitivity& number) const;
+    void add_fields(std::span<const ContourPoint> contour, const Sensitivity& number, const BesideContour& beside,
+                    NumberUncertainty& out) const;
+
     std::optional<CurveNoise> free_;
     std::vector<EdgePatch> patches_;
     double period_ = 0.0, coverage_ = 2.0;
     PlaneMotion from_contour_;
+    ErrorFields fields_;
 };
 
 }  // namespace cmm::fitting

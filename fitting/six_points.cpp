@@ -105,6 +105,11 @@ SixPointHold hold_of(const SixPoints& points, double largest_condition) {
     return hold;
 }
 
+Matrix6 motion_by_touches(const SixPoints& points) {
+    const SixCentres places = places_of(points);
+    return rows_at(points, places, middle_of(places), 1.0).inverse();
+}
+
 std::string weak_words(const SixPointHold& hold) {
     std::string out = "the six datum points do not hold the part: condition number ";
     out += std::isfinite(hold.condition) ? core::fixed(hold.condition, 0) : std::string("infinite");

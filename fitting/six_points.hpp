@@ -49,6 +49,9 @@ struct SixPointHold {
 /// that is held worst.
 inline constexpr double largest_condition_default = 200.0;
 SixPointHold hold_of(const SixPoints& points, double largest_condition = largest_condition_default);
+/// How the part's frame follows its touches: shift and turn about the mean of the places, by the six distances
+/// (outwards along the directions) by which the touches are off. Only of points that hold the part.
+Matrix6 motion_by_touches(const SixPoints& points);
 /// "the six points do not hold the part: condition 1e+16, free is a turn about the axis (0.00, 0.00, 1.00) through ..."
 std::string weak_words(const SixPointHold& hold);
 /// Errors: config_invalid, in the words above, when the condition number is larger than that.

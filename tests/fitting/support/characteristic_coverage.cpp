@@ -11,8 +11,10 @@
 #include "fitting/best_fit.hpp"
 #include "fitting/chord.hpp"
 #include "fitting/datum.hpp"
+#include "fitting/edge_radius.hpp"
 #include "fitting/thickness_measures.hpp"
 #include "fitting/throat.hpp"
+#include "support/drawn_errors.hpp"
 #include "support/section_truth.hpp"
 
 namespace cmm::fitting::coverage {
@@ -131,8 +133,9 @@ void judge(const families::Blade& blade, const ClosedCurve& nominal, const Truth
     if (const auto moved = fit_to_nominal(section.contour(), nominal, min_max)) {
         const MeasuredSection* const only = &section;
         const Datum datum = datums_of(*moved, {&only, 1}).front();
+        const Eigen::Matrix3d covariance = datum.covariance + covariance_of(datum.loads);
         const auto one = [&](const std::string& name, double value, Eigen::Index k) {
-            const double standard = std::sqrt(datum.covariance(k, k));
+            const double standard = std::sqrt(covariance(k, k));
             count(tallies[name], value, standard, 2.0 * standard);
         };
         one("min-max shift x", moved->motion.shift_mm.x(), 0);
@@ -172,10 +175,12 @@ void judge(const families::Blade& blade, const ClosedCurve& nominal, const Truth
     const auto radius = [&](const std::string& name, const EdgeFit& edge, const families::End& end) {
         const EdgeModel form = end.along == end.across ? EdgeModel::arc : EdgeModel::ellipse;
         Tally& tally = tallies[name];
-        if (!edge.valid || edge.model != form)
+        if (!edge.valid || edge.model != form) {
             ++tally.refused;
-        else
-            count(tally, edge.radius_mm - end.nose_radius(), edge.radius_u95_mm / 2.0, edge.radius_u95_mm);
+            return;
+        }
+        const double u95 = radius_uncertainty(fit, edge).u95;
+        count(tally, edge.radius_mm - end.nose_radius(), u95 / 2.0, u95);
     };
     radius("LE radius", fit.le, blade.le());
     radius("TE radius", fit.te, blade.te());
@@ -198,7 +203,8 @@ void judge_blade(const ClosedCurve& nominal, const std::vector<SectionFit>& fits
         return;
     }
     const auto datums = datums_of(*found, measured);
-    const auto standard = [&](Eigen::Index k) { return std::sqrt(datums[0].covariance(k, k)); };
+    const Eigen::Matrix3d covariance = datums[0].covariance + covariance_of(datums[0].loads);
+    const auto standard = [&](Eigen::Index k) { return std::sqrt(covariance(k, k)); };
     const auto& motion = found->motion;
     count(tallies["blade shift x"], motion.shift_mm.x(), standard(0), 2.0 * standard(0));
     count(tallies["blade shift y"], motion.shift_mm.y(), standard(1), 2.0 * standard(1));
@@ -222,18 +228,26 @@ std::vector<Tallies> run(const Task& task) {
         const families::Blade blade = families::make(task.family, seed);
         const Truth truth = truth_of(blade);
         const ClosedCurve nominal = nominal_of(blade);
+        core::Rng machines = core::Rng::keyed(seed, 0xE0, static_cast<std::uint64_t>(task.family));
         for (std::size_t k = 0; k < task.sigmas_mm.size(); ++k) {
             families::ScanOptions scanning;
             scanning.points = task.points;
             scanning.sigma_mm = task.sigmas_mm[k];
             scanning.bad_share = task.bad_share;
             scanning.seed = 7919 * seed + k;
-            const auto scan = families::scan(blade, scanning);
             SectionOptions options;
             options.ball_radius_mm = scanning.ball_mm;
             options.le_hint = blade.le().nose;
             options.te_hint = blade.te().nose;
-            const auto fit = fit_section(scan.points, {}, options);
+            auto machine = drawn_errors::draw(task.errors, machines);
+            const auto measured = [&]() -> core::Result<SectionFit> {
+                auto scan = families::scan(blade, scanning);
+                drawn_errors::displace(blade, machine, scan);
+                auto fit = fit_section(scan.points, {}, options);
+                if (fit) fit->contour_noise.set_fields(ErrorFields(task.errors, 0.0));
+                return fit;
+            };
+            const auto fit = measured();
             if (!fit) {
                 ++tallies[k]["section"].refused;
                 continue;
@@ -242,8 +256,8 @@ std::vector<Tallies> run(const Task& task) {
             std::vector<SectionFit> sections{*fit};
             for (std::uint64_t other = 1; other < task.sections; ++other) {
                 scanning.seed += 1000003;
-                if (auto beside = fit_section(families::scan(blade, scanning).points, {}, options))
-                    sections.push_back(std::move(*beside));
+                drawn_errors::draw_waves(task.errors, machines, machine);
+                if (auto beside = measured()) sections.push_back(std::move(*beside));
             }
             if (sections.size() > 1) judge_blade(nominal, sections, tallies[k]);
         }

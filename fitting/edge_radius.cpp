@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/edge_radius.hpp"
+
+#include <cmath>
+
+namespace cmm::fitting {
+namespace {
+
+constexpr double sure_of_probe = 2.0;  // standard uncertainties of a point: more the probe does not make of an arc
+
+/// How far the arc's radius is from the one that was chosen, where the arc is not out of the question.
+double difference_to_arc(const SectionFit& fit, const EdgeFit& edge) {
+    if (edge.model == EdgeModel::arc) return 0.0;
+    const double allowed_mm = std::hypot(fit.noise_sigma_mm, sure_of_probe * fit.contour_noise.direction_mm());
+    double difference = 0.0;
+    for (const EdgeEvidence& tried : edge.evidence)
+        if (tried.arc_radius_mm > 0.0 && tried.rms_mm <= allowed_mm)
+            difference = std::abs(tried.arc_radius_mm - edge.radius_mm);
+    return difference;
+}
+
+}  // namespace
+
+NumberUncertainty radius_uncertainty(const SectionFit& fit, const EdgeFit& edge) {
+    const double standard = edge.radius_u95_mm / fit.contour_noise.coverage();
+    NumberUncertainty out = fit.contour_noise.of(fit.contour, {}, {standard * standard, edge.slopes[2]});
+    if (!fit.contour_noise.has_fields()) {
+        out.u95 = edge.radius_u95_mm;  // to the last bit
+        return out;
+    }
+    const double bound = difference_to_arc(fit, edge);
+    out.budget.bound += bound;
+    out.u95 += bound;
+    out.standard = out.u95 / fit.contour_noise.coverage();
+    return out;
+}
+
+}  // namespace cmm::fitting
