@@ -42,6 +42,20 @@ void for_each_frame_number(Frame& frame, const Visit& visit) {
     visit("rounds", frame.rounds);
 }
 
+/// The points that were touched: absent in runs of older versions.
+template <class Points, class Visit>
+void for_each_point_number(Points& points, const Visit& visit) {
+    constexpr std::array<const char*, 3> axes{"x", "y", "z"};
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const std::string point = "point_" + std::to_string(i + 1) + "_";
+        for (Eigen::Index k = 0; k < 3; ++k) {
+            const std::string axis = axes.at(static_cast<std::size_t>(k));
+            visit(point + axis + "_mm", points[i].place_mm[k]);
+            visit(point + "normal_" + axis, points[i].normal[k]);
+        }
+    }
+}
+
 /// Shift x and y and the turn about z at a height, from the six numbers of the frame; about the same x and y.
 Eigen::Matrix3d covariance_at(const PartFrame& frame, double z_mm) {
     const double rise = z_mm - frame.about_mm.z();
@@ -65,6 +79,9 @@ std::map<std::string, double> frame_numbers(const PartFrame& frame) {
     std::map<std::string, double> numbers;
     for_each_frame_number(
         frame, [&](const std::string& name, const auto& value) { numbers.emplace(name, static_cast<double>(value)); });
+    if (frame.points)
+        for_each_point_number(*frame.points,
+                              [&](const std::string& name, double value) { numbers.emplace(name, value); });
     return numbers;
 }
 
@@ -72,20 +89,31 @@ core::Result<std::optional<PartFrame>> frame_from_numbers(const std::map<std::st
     if (numbers.empty()) return std::optional<PartFrame>();
     PartFrame frame;
     std::string missing;
-    for_each_frame_number(frame, [&](const std::string& name, auto& value) {
+    const auto read = [&](const std::string& name, auto& value) {
         const auto found = numbers.find(name);
         if (found == numbers.end() || !std::isfinite(found->second) || std::abs(found->second) > 1e9) {
             if (missing.empty()) missing = name;
         } else {
             value = static_cast<std::remove_reference_t<decltype(value)>>(found->second);
         }
-    });
+    };
+    for_each_frame_number(frame, read);
+    if (numbers.contains("point_1_x_mm")) for_each_point_number(frame.points.emplace(), read);
     if (!missing.empty())
         return core::fail(core::ErrorCode::journal_corrupt, "the frame of the part has no number for " + missing);
     const Eigen::Matrix3d turn = frame.machine_from_part.linear();
     if ((turn * turn.transpose() - Eigen::Matrix3d::Identity()).norm() > rigid_to || turn.determinant() < 0.0)
         return core::fail(core::ErrorCode::journal_corrupt, "the frame of the part is no rigid motion");
     return std::optional<PartFrame>(frame);
+}
+
+PartFrame with_errors(PartFrame frame, const fitting::SystematicErrors& errors) {
+    if (!errors.any() || !frame.points) return frame;
+    fitting::ErrorFields fields(errors, 0.0);
+    fields.lie_in_frame_of(*frame.points);
+    frame.covariance += fitting::ErrorFields::covariance_of_touches(errors, *frame.points);
+    frame.shared = fields.covariance_of_frame();
+    return frame;
 }
 
 core::PartFromMachine part_from_machine(const std::optional<PartFrame>& frame) {
@@ -95,6 +123,7 @@ core::PartFromMachine part_from_machine(const std::optional<PartFrame>& frame) {
 
 void take_frame(SectionSetup& setup, const PartFrame& frame) {
     if (setup.alignment.kind == AlignmentKind::none) setup.alignment.kind = AlignmentKind::six_points;
+    if (setup.fields.any() && frame.points) setup.fields.lie_in_frame_of(*frame.points);
     SectionAlignment known;
     known.datum.motion.about_mm = frame.about_mm.head<2>();
     known.datum.covariance = covariance_at(frame, setup.z_mm);

@@ -52,6 +52,8 @@ ReferenceContour::ReferenceContour(const NominalContour& contour, fitting::Close
       curve_(std::move(curve)),
       hollows_(fitting::find_hollows(curve_.spline(), ball_radius_mm)) {
     const auto leans = leans_by_length(contour);
+    // A lean that is only a bound has no sign.
+    const bool signed_leans = contour.leans_rad.size() == contour.points.size();
     stations_.reserve(station_count);
     for (std::size_t i = 0; i < station_count; ++i) {
         const double s = station_mm(i), t = curve_.parameter_at(s);
@@ -59,7 +61,8 @@ ReferenceContour::ReferenceContour(const NominalContour& contour, fitting::Close
         const bool reached =
             std::none_of(hollows_.begin(), hollows_.end(), [t](const auto& hollow) { return hollow.holds(t); });
         stations_.push_back({jet.position, jet.right_normal(), leans[i],
-                             fitting::lean_error(ball_radius_mm, leans[i]).in_plane_mm, reached});
+                             fitting::lean_error(ball_radius_mm, leans[i]).in_plane_mm,
+                             signed_leans ? std::tan(leans[i]) : 0.0, reached});
     }
     if (contour.tolerances.size() != points_.size()) return;
     tolerances_ = contour.tolerances;
@@ -123,14 +126,17 @@ ReferenceContour::Match ReferenceContour::match(const ContourPoint& point, const
     const auto good = [&](const fitting::ClosestPoint& f) {
         return on_same_side(f, point) && station_at(f.s_mm).reached;
     };
-    if (good(foot)) return {foot.distance_mm, station_at(foot.s_mm).offset_error_mm, foot.s_mm};
+    if (good(foot)) {
+        const Station& below = station_at(foot.s_mm);
+        return {foot.distance_mm, below.offset_error_mm, foot.s_mm, below.rise};
+    }
     const Station* station = nearest_station(point);
-    if (station == nullptr) return {foot.distance_mm, 0.0, foot.s_mm};
+    if (station == nullptr) return {foot.distance_mm, 0.0, foot.s_mm, 0.0};
     const Vector2d& p = point.position_mm;
     const double s_mm = station_mm(static_cast<std::size_t>(station - stations_.data()));
     const auto beside = curve_.closest(p, s_mm);
-    if (good(beside)) return {beside.distance_mm, station->offset_error_mm, beside.s_mm};
-    return {(p - station->position).dot(station->normal), station->offset_error_mm, s_mm};
+    if (good(beside)) return {beside.distance_mm, station->offset_error_mm, beside.s_mm, station->rise};
+    return {(p - station->position).dot(station->normal), station->offset_error_mm, s_mm, station->rise};
 }
 
 /// None where the ball does not reach the nominal.
@@ -147,7 +153,7 @@ ReferenceContour::Comparison ReferenceContour::compare(const Vector2d& position_
     point.position_mm = position_mm;
     point.normal = normal;
     const Match matched = match(point, curve_.closest(position_mm, near_mm));
-    return {deviation(point, matched), matched.offset_error_mm, matched.s_mm};
+    return {deviation(point, matched), matched.offset_error_mm, matched.s_mm, matched.rise};
 }
 
 Eigen::Vector3d ReferenceContour::touched_normal(const Vector2d& centre_mm, const Vector2d& outward) const {
@@ -173,6 +179,7 @@ std::vector<std::optional<double>> ReferenceContour::compare(std::span<ContourPo
         if (!point.lean_rad) {
             point.u95_mm += matched.offset_error_mm - point.offset_error_mm;
             point.offset_error_mm = matched.offset_error_mm;
+            point.rise = matched.rise;
         }
         if (point.reached) deviations[i] = deviation(point, matched);
     }

@@ -37,6 +37,7 @@ struct ScanRequest {
     bool resume = false;
     bool touch = false;  ///< by single touches, also where the machine could scan
     std::string machine_url;
+    drivers::MachineErrors machine_errors;  ///< as its file says
     std::string software_version;
     std::string run_id, started_utc;
     /// Asked while a run waits for a full disk, on a thread of its own that may outlive the job.
@@ -105,6 +106,7 @@ class ScanJob {
     core::Status can_align() const;
     Step align();
     void use_frame(const PartFrame& frame);
+    void use_errors(const drivers::MachineErrors& errors);
     boost::asio::awaitable<core::Result<std::optional<PartFrame>>> find_frame();
     boost::asio::awaitable<core::Result<fitting::SixCentres>> touch_datums(double approach_mm);
     core::Status within_travel() const;

@@ -13,7 +13,6 @@ namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t stretches = 8;  // of a section, within which what the neighbouring sections took goes together
-constexpr std::size_t machine_stretches = 12;  // likewise what differs from place to place of the machine
 
 /// Each point once: bounds add what is left of a point, not what was added and taken away again.
 std::vector<std::pair<std::size_t, double>> merged(const Sensitivity& number) {
@@ -81,23 +80,21 @@ FieldLoads ContourNoise::loads(std::span<const ContourPoint> contour, const Sens
     return out;
 }
 
-/// A random function of the place: between two of equally spaced values as the cosine and the sine of a quarter turn,
-/// so that its variance is the same everywhere.
-double ContourNoise::variance_of_places(std::span<const ContourPoint> contour, const Sensitivity& number) const {
-    std::array<double, machine_stretches> by_value{};
+/// Between two of equally spaced values as the cosine and the sine of a quarter turn, so that the variance of the
+/// function is the same everywhere.
+PlaceLoads ContourNoise::place_loads(std::span<const ContourPoint> contour, const Sensitivity& number) const {
+    PlaceLoads out = PlaceLoads::Zero();
+    if (!fields_.any()) return out;
     const double whole = contour.empty() ? 1.0 : std::max(contour.back().arc_length_mm, 1e-12);
     for (const auto& [point, weight] : merged(number)) {
         const ContourPoint& p = contour[point];
-        const double place = p.arc_length_mm / whole * static_cast<double>(machine_stretches);
+        const double place = p.arc_length_mm / whole * static_cast<double>(out.size());
         const double floor = std::floor(place), part = 0.5 * std::numbers::pi * (place - floor);
-        const auto k = static_cast<std::size_t>(floor) % machine_stretches;
-        by_value[k] += weight * place_mm(p) * std::cos(part);
-        by_value[(k + 1) % machine_stretches] += weight * place_mm(p) * std::sin(part);
+        const auto k = static_cast<Eigen::Index>(floor);
+        out[k % out.size()] += weight * place_mm(p) * std::cos(part);
+        out[(k + 1) % out.size()] += weight * place_mm(p) * std::sin(part);
     }
-    double variance = 0.0;
-    for (const double value : by_value)
-        variance += value * value;
-    return variance;
+    return out;
 }
 
 NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const Sensitivity& number,
@@ -119,7 +116,7 @@ NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const 
     const double scattered = std::hypot(noise, std::sqrt(doubt));
     out.offset_error = std::abs(offset);
     out.u95 = scattered + bound + out.offset_error;
-    out.standard = out.independent = out.u95 / coverage_;
+    out.standard = out.scatter = out.u95 / coverage_;
     out.budget.noise = scattered / coverage_;
     out.budget.bound = bound + out.offset_error;
     if (fields_.any()) add_fields(contour, number, beside, out);
@@ -131,13 +128,12 @@ void ContourNoise::add_fields(std::span<const ContourPoint> contour, const Sensi
     Sensitivity all = number;
     all.add(beside.slopes, 1.0);
     out.loads = loads(contour, all) + beside.loads;
-    const double places = variance_of_places(contour, all), known = std::abs(known_of(out.loads));
+    out.place = place_loads(contour, all).norm();
     for (std::size_t k = 0; k < error_sources; ++k)
-        out.budget.machine[k] = std::sqrt(variance_of(out.loads, static_cast<ErrorSource>(k)) +
-                                          (static_cast<ErrorSource>(k) == ErrorSource::length ? places : 0.0));
-    out.independent = std::hypot(out.independent, std::sqrt(places));
-    out.u95 = coverage_ * std::hypot(out.budget.noise, out.budget.shared()) + out.budget.bound + known;
-    out.budget.bound += known;
+        out.budget.machine[k] = std::sqrt(variance_of(out.loads, static_cast<ErrorSource>(k)));
+    out.budget.of(ErrorSource::length) = std::hypot(out.budget.of(ErrorSource::length), out.place);
+    out.budget.bound += std::abs(known_of(out.loads));
+    out.u95 = coverage_ * std::hypot(out.budget.noise, out.budget.shared()) + out.budget.bound;
     out.standard = out.u95 / coverage_;
 }
 

@@ -15,12 +15,16 @@ namespace cmm::fitting {
 
 struct ContourPoint;
 
+/// How a number answers to a random function along a section, by its independent values.
+using PlaceLoads = Eigen::Matrix<double, 12, 1>;
+
 /// The uncertainty of a number that was computed from a contour.
 struct NumberUncertainty {
-    double standard = 0.0;                  ///< one standard deviation
-    double u95 = 0.0;                       ///< half the 95 % interval, bounds included
-    double offset_error = 0.0;              ///< part of u95: what the 2-D offset makes of it (A22), whose sign is known
-    double independent = 0.0;               ///< standard: of what it has in common with no number of another section
+    double standard = 0.0;      ///< one standard deviation
+    double u95 = 0.0;           ///< half the 95 % interval, bounds included
+    double offset_error = 0.0;  ///< part of u95: what the 2-D offset makes of it (A22), whose sign is known
+    double scatter = 0.0;       ///< standard, by the points alone, bounds as if they were standard
+    double place = 0.0;  ///< standard, by what the machine does differently from place to place: in no other section
     FieldLoads loads = FieldLoads::Zero();  ///< how it answers to what all sections have in common
     ErrorBudget budget;
 };
@@ -52,6 +56,8 @@ class ContourNoise {
     FieldLoads loads(std::span<const ContourPoint> contour, const Sensitivity& number) const;
     /// Of the contour's own place, and by what differs from place to place, standard.
     FieldLoads loads_at(const ContourPoint& point) const;
+    /// Loads on what differs from place to place.
+    PlaceLoads place_loads(std::span<const ContourPoint> contour, const Sensitivity& number) const;
     double place_mm(const ContourPoint& point) const;
     double direction_mm() const { return fields_.direction_mm(); }
     /// From the noise of the points alone, in the square of the number's unit. Where nothing is known, the points' own
@@ -63,7 +69,6 @@ class ContourNoise {
                          const BesideContour& beside = {}) const;
 
   private:
-    double variance_of_places(std::span<const ContourPoint> contour, const Sensitivity& number) const;
     void add_fields(std::span<const ContourPoint> contour, const Sensitivity& number, const BesideContour& beside,
                     NumberUncertainty& out) const;
 

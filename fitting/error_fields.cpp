@@ -150,7 +150,7 @@ void ErrorFields::lie_in_frame_of(const SixPoints& points) {
     frame_ = motion_by_touches(points) * touches;
 }
 
-Matrix6 ErrorFields::covariance_of_frame(const SystematicErrors& errors, const SixPoints& points) {
+Matrix6 ErrorFields::covariance_of_touches(const SystematicErrors& errors, const SixPoints& points) {
     Matrix6 own = Matrix6::Zero();
     for (std::size_t i = 0; i < points.size(); ++i) {
         // A touch from above has no direction in x and y: it errs there by itself.

@@ -87,9 +87,10 @@ class ErrorFields {
 
     /// The part's frame was found by touching these points: with the same machine, so that the frame errs as well.
     void lie_in_frame_of(const SixPoints& points);
-    /// By what is only of each touch: the covariance of the frame (shift, turn about the points' mean), to be added to
-    /// that of the touches' scatter.
-    static Matrix6 covariance_of_frame(const SystematicErrors& errors, const SixPoints& points);
+    /// Of such a frame (shift, turn about the points' mean): by what is each touch's own, to be added to that of the
+    /// touches' scatter; and by what all points have in common, which `at` has taken off.
+    static Matrix6 covariance_of_touches(const SystematicErrors& errors, const SixPoints& points);
+    Matrix6 covariance_of_frame() const { return frame_ * frame_.transpose(); }
 
   private:
     using FrameLoads = Eigen::Matrix<double, 6, error_fields>;

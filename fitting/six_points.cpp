@@ -175,7 +175,7 @@ std::array<double, 6> SixPointFrame::standard() const {
     std::array<double, 6> out{};
     for (std::size_t k = 0; k < out.size(); ++k) {
         const auto at = static_cast<Eigen::Index>(k);
-        out[k] = std::sqrt(std::max(0.0, covariance(at, at)));
+        out[k] = std::sqrt(std::max(0.0, covariance(at, at) + shared(at, at)));
     }
     return out;
 }
@@ -194,6 +194,7 @@ SixPointRounds::SixPointRounds(const SixPoints& points, double ball_radius_mm, c
     frame_.condition = hold.condition;
     frame_.length_mm = hold.length_mm;
     frame_.touch_standard_mm = options.touch_standard_mm;
+    frame_.points = points;
 }
 
 core::Result<bool> SixPointRounds::take(const SixCentres& centres_mm) {

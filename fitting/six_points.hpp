@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -86,12 +87,14 @@ struct SixPointFrame {
     double length_mm = 0.0;  ///< that the condition number's lengths are counted in
     double touch_standard_mm = 0.0;
     int rounds = 0;
+    std::optional<SixPoints> points;   ///< that were touched, in the part's frame; unknown: of an older run
+    Matrix6 shared = Matrix6::Zero();  ///< covariance by what the touches have in common with all other points
 
     /// How far the part's point `about_mm` lies from the same numbers on the machine, and the turn about it: axis times
     /// angle.
     Eigen::Vector3d shift_mm() const { return machine_from_part * about_mm - about_mm; }
     Eigen::Vector3d turn_rad() const;
-    /// Standard uncertainties: three of the shift (mm), three of the turn (rad).
+    /// Standard uncertainties, all together: three of the shift (mm), three of the turn (rad).
     std::array<double, 6> standard() const;
     double largest_residual_mm() const;
 };

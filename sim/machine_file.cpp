@@ -27,6 +27,7 @@ core::Result<MachineSettings> load_machine_settings(const std::string& file) {
     const auto root = core::ConfigTable::load(file);
     if (!root) return tl::unexpected(root.error());
     root->ignore("link");
+    root->ignore("uncertainty");
     const core::ConfigTable in = root->table("controller");
     MachineSettings to;
     to.model = read_name(in, "model", to.model);

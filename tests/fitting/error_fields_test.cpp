@@ -231,7 +231,7 @@ TEST(ErrorFields, EachSourceHasItsOwnPartOfTheBudget) {
     EXPECT_NEAR(u.budget.of(ErrorSource::length), 1.5 * um, 0.1 * um);
     const double noise = u.budget.noise, shared = u.budget.shared();
     EXPECT_NEAR(u.u95, fit.contour_noise.coverage() * std::hypot(noise, shared) + u.budget.bound, 1e-12);
-    EXPECT_NEAR(variance_of(u.loads), std::pow(shared, 2) - (std::pow(u.independent, 2) - std::pow(noise, 2)), 1e-9);
+    EXPECT_NEAR(variance_of(u.loads) + std::pow(u.place, 2), std::pow(shared, 2), 1e-15);
 
     SystematicErrors known;
     known.known_expansion = 20e-6;
@@ -252,7 +252,7 @@ TEST(ErrorFields, WithoutThemNothingChanges) {
         const auto after = told.contour_noise.of(told.contour, measure.slopes);
         EXPECT_EQ(before.u95, after.u95) << name;
         EXPECT_EQ(before.standard, after.standard) << name;
-        EXPECT_EQ(before.independent, after.standard) << name;
+        EXPECT_EQ(before.scatter, after.standard) << name;
         EXPECT_EQ(after.budget.shared(), 0.0) << name;
     }
 }
@@ -332,7 +332,7 @@ TEST(ErrorFields, AFrameOfSixPointsErrsWithItsMachine) {
     }
     EXPECT_NEAR(std::sqrt(squares / draws / variance_of(net)), 1.0, 0.05);
     EXPECT_GT(std::abs(variance_of(net) / as_measured - 1.0), 0.2) << "the frame matters";
-    const Matrix6 own = ErrorFields::covariance_of_frame(errors, points);
+    const Matrix6 own = ErrorFields::covariance_of_touches(errors, points);
     for (Eigen::Index i = 0; i < 6; ++i)
         EXPECT_GT(own(i, i), 0.0) << "what differs from place to place moves the frame by itself";
 }

@@ -1,5 +1,5 @@
 // The page: what is on the screen, and what a person does there.
-import type { Characteristic, Decision, LivePoint, RunSummary, Section, Status } from './documents';
+import type { Budget, Characteristic, Decision, LivePoint, RunSummary, Section, Status } from './documents';
 import { BladeView } from './blade_view';
 import { length } from './canvas';
 import { Run } from './run';
@@ -146,6 +146,17 @@ function limits(c: Characteristic): string {
   return c.upper === null ? '≥ ' + shown(c, c.lower, 3) : shown(c, c.lower, 3) + ' … ' + shown(c, c.upper, 3);
 }
 
+/** U95, below it where most of it comes from, and in the tip all of it. */
+function uncertainty(c: Characteristic): string | HTMLElement {
+  const text = shown(c, c.u95, 4) || '–';
+  if (!c.budget) return text;
+  const parts = (Object.keys(c.budget) as (keyof Budget)[]).map((key) => [say(`budget_${key}` as Word), c.budget![key]] as const);
+  const box = make('span', text);
+  box.title = [say('budget'), ...parts.map(([name, value]) => `${name}: ${shown(c, value, 5)}`)].join('\n');
+  box.append(make('small', parts.reduce((most, part) => (part[1] > most[1] ? part : most))[0], 'below'));
+  return box;
+}
+
 function drawTable() {
   const head = make('tr');
   for (const word of ['characteristic', 'value', 'u95', 'nominal', 'limit', 'decision'] as Word[]) head.append(make('th', say(word)));
@@ -157,7 +168,7 @@ function drawTable() {
   byId('table-body').replaceChildren(...rows.map(([c, whole]) => {
     const row = make('tr'), name = make('span', named(c.name) + (whole ? ` (${say('whole_part')})` : ''));
     name.title = [c.method, c.note].filter(Boolean).join('\n');
-    cells(row, [name, shown(c, c.value, 4) || '–', shown(c, c.u95, 4) || '–', shown(c, c.nominal, 4), limits(c), badge(c.decision)], [1, 2, 3, 4]);
+    cells(row, [name, shown(c, c.value, 4) || '–', uncertainty(c), shown(c, c.nominal, 4), limits(c), badge(c.decision)], [1, 2, 3, 4]);
     return row;
   }));
   if (!rows.length) {
