@@ -16,8 +16,9 @@ namespace cmm::acquisition {
 /// deviation, without machine, probe and temperature, which come to it here.
 double u95_of_worst(const fitting::ContourPoint& worst, double scatter_u95_mm, const SectionResult& section);
 
-/// So many independent values what the machine does has along a whole contour.
-inline constexpr double shared_values = 32.0;
+/// So many independent values what the machine does has along a whole contour: its largest passes a level as often as
+/// that of so many (Rice 1945, twelve values along the contour and lobes up to the fourth).
+inline constexpr double shared_values = 16.0;
 inline constexpr double least_shared_values = 8.0;  // in a zone: at an edge the normal turns much
 
 /// How much a number that is the largest of many may be off at one place: of `independent` values of the scatter and

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// How often the 95 % intervals of a section's characteristics hold the truth: `cmmlive_coverage [blades] [bad share]
-/// [machine]`. With `machine` every blade is measured by a machine and a probe of its own, drawn from figures as data
-/// sheets have them: E0 1.9 + L/300 um, P_Form.Sph and P_Size.Sph 1.9 um, a steel part known to 0.5 K.
+/// [machine]`. With `machine` every blade is measured by a machine and a probe of its own, drawn from usual figures.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -10,22 +9,7 @@
 #include <vector>
 
 #include "support/characteristic_coverage.hpp"
-
-namespace {
-
-/// Largest permissible errors E count as E/sqrt(3); of P_Form half of it, of P_Size, a diameter, half of it as well.
-cmm::fitting::SystematicErrors usual_machine() {
-    const double rectangular = std::sqrt(3.0);
-    cmm::fitting::SystematicErrors errors;
-    errors.constant_mm = 1.9e-3 / rectangular;
-    errors.per_mm = 1e-3 / 300.0 / rectangular;
-    errors.form_mm = 0.5 * 1.9e-3 / rectangular;
-    errors.ball_mm = 0.5 * 1.9e-3 / rectangular;
-    errors.expansion = 11.5e-6 * 0.5;
-    return errors;
-}
-
-}  // namespace
+#include "support/drawn_errors.hpp"
 
 int main(int count, char** arguments) {
     using namespace cmm::fitting;
@@ -39,7 +23,7 @@ int main(int count, char** arguments) {
         task.blades = blades;
         task.sigmas_mm = sigmas;
         task.bad_share = bad_share;
-        if (machine) task.errors = usual_machine();
+        if (machine) task.errors = drawn_errors::usual_errors();
         const auto tallies = coverage::run(task);
         std::set<std::string> names;
         for (const auto& of_noise : tallies)

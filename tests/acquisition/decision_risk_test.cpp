@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "support/drawn_errors.hpp"
 #include "tests/acquisition/decision_trials.hpp"
 #include "tests/acquisition/until_decided_trials.hpp"
 
@@ -39,6 +40,30 @@ TEST(DecisionRisk, BladesAtTheirLimitsAreSeldomMisjudged) {
     for (const auto& [name, rates] : all) {
         if (name.starts_with("while measuring")) {
             EXPECT_EQ(rates.rejected, 0U) << name;
+        }
+    }
+}
+
+/// Every blade by a machine of its own: what it does alike to all points is in the guard bands, also of the watch.
+TEST(DecisionRisk, NorWhenTheMachineErrs) {
+    Table all;
+    for (const auto family : fitting::families::all_families) {
+        Task task;
+        task.family = family;
+        task.first_seed = 50001;
+        task.blades = 40;
+        task.errors = fitting::drawn_errors::usual_errors();
+        const auto tables = run(task);
+        for (const auto& [name, rates] : tables.front())
+            all[name].add(rates);
+    }
+    expect_within_risk(all);
+    for (const auto& [name, rates] : all) {
+        if (name.starts_with("while measuring")) {
+            EXPECT_EQ(rates.rejected, 0U) << name;
+        }
+        if (rates.intervals > 0) {
+            EXPECT_GT(binomial_interval(rates.held, rates.intervals, by_luck).second, 0.95) << name;
         }
     }
 }

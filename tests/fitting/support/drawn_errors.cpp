@@ -31,6 +31,17 @@ Vector3d Machine::of(const Vector3d& place_mm, const Vector3d& normal, double sh
     return outwards * normal + strain * place_mm + growth * place_mm;
 }
 
+SystematicErrors usual_errors() {
+    const double rectangular = std::sqrt(3.0);
+    SystematicErrors errors;
+    errors.constant_mm = 1.9e-3 / rectangular;
+    errors.per_mm = 1e-3 / 300.0 / rectangular;
+    errors.form_mm = 0.5 * 1.9e-3 / rectangular;
+    errors.ball_mm = 0.5 * 1.9e-3 / rectangular;
+    errors.expansion = 11.5e-6 * 0.5;
+    return errors;
+}
+
 void draw_waves(const SystematicErrors& errors, core::Rng& rng, Machine& machine) {
     const double each = 0.5 * errors.constant_mm / std::sqrt(static_cast<double>(machine.waves.size()));
     for (auto& wave : machine.waves)

@@ -31,6 +31,9 @@ struct Machine {
     Eigen::Vector3d of(const Eigen::Vector3d& place_mm, const Eigen::Vector3d& normal, double share) const;
 };
 
+/// Figures as data sheets have them, E/sqrt(3) each: E0 1.9 + L/300 um, half of a P_Form.Sph and of a P_Size.Sph of
+/// 1.9 um; a part of steel whose temperature is known to 0.5 K.
+SystematicErrors usual_errors();
 /// Of such standard uncertainties, all of them normally distributed, and what is known of the expansion.
 Machine draw(const SystematicErrors& errors, core::Rng& rng);
 /// The next section of the same part: what differs from place to place differs from section to section.
