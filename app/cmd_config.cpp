@@ -26,15 +26,19 @@ constexpr const char* part_keys = R"(part file (docs/part-file.md):
             search_mm, wait_s, stop_when_rejected; without a nominal: start_mm, toward_mm, box_mm
   [gate]    profile_mm, edge_profile_mm
   [tolerance] file (.TOL), skip
+  [uncertainty] part_temperature_c, temperature_standard_k, expansion_um_m_k, expansion_standard_um_m_k,
+            expansion_correction = "none" | "applied" | "by_machine", fixed_at_mm, and those of a machine file
   [[characteristic]] name, method, label, sections, nominal_*, tolerance_* or lower_* and upper_* (mm, deg, mm2, per_mm or nothing);
             distance_mm, near_mm, far_mm, reference, direction_deg, zone, window_mm
-  [actual]  (simulation) kind, files, span, noise_um, bad_points_percent, thicken_mm, twist_deg, shift_mm; [actual.blade]
+  [actual]  (simulation) kind, files, span, noise_um, bad_points_percent, thicken_mm, twist_deg, shift_mm, growth_um_m,
+            ball_error_um, lobes_um, lobes, lobes_from_deg, scale_um_m, squareness_um_m; [actual.blade]
 machine file (config/machines/*.toml):
   [link]    url, map, timeouts
   [dro]     (dro+serial, docs/dro.md) format, numbers = "decimal" | "integer", unit = "mm" | "inch", count, decimals,
             decimal_comma, point_tags, end, request, request_every_ms
   [linuxcnc] (linuxcnc, docs/linuxcnc.md) connect_password, enable_password, joints, reset_estop, limit_min_mm,
             limit_max_mm, max_speed_mm_s, max_acceleration_mm_s2, latch_delay_us, home_patience_s
+  [uncertainty] length_um, length_k_mm_per_um, probing_form_um, probing_size_um, ball_radius_standard_um
   [controller] (simulation) limits, speeds, sample clock
 register map (config/maps/*.toml): docs/protocol-modbus.md
 fault plan (config/faults/*.toml, docs/reliability.md):

@@ -168,13 +168,7 @@ TEST_F(PointsTest, WithoutAPartFileThePointsAreMeasuredOnly) {
 
 /// A part of steel at 50 degrees, drawn at 20: 0.35 mm on a metre. Upright, so that the height does not matter.
 TEST_F(PointsTest, AnExpansionIsCorrectedOrCountedInFull) {
-    auto text = job.text + "[[characteristic]]\nname = \"axial_chord\"\n";
-    for (const auto& [from, to] : {std::pair{"stagger_tip_deg = 28", "stagger_tip_deg = 20"},
-                                   {"lean_x_deg = 2", "lean_x_deg = 0"},
-                                   {"lean_y_deg = -3", "lean_y_deg = 0"},
-                                   {"chord_tip_mm = 25", "chord_tip_mm = 30"},
-                                   {"thickness_tip_mm = 2.5", "thickness_tip_mm = 3.0"}})
-        text.replace(text.find(from), std::string(from).size(), to);
+    const auto text = upright_part_text() + "[[characteristic]]\nname = \"axial_chord\"\n";
     const SessionPart upright(text);
     constexpr double growth = 30.0 * 11.5e-6;
     const auto measured = [&](double factor) {

@@ -11,15 +11,7 @@
 namespace cmm::acquisition {
 namespace {
 
-const std::string plain = R"([part]
-name = "u"
-[nominal]
-kind = "none"
-[scan]
-heights_mm = [1, 2.5]
-box_mm = [-10, -5, 10, 5]
-[uncertainty]
-)";
+const std::string plain = none_part + "[uncertainty]\n";
 
 UncertaintySpec read(const std::string& keys) {
     const auto part = parse_part_file(plain + keys, "p.toml");

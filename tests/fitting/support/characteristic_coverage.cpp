@@ -41,6 +41,7 @@ struct Truth {
 };
 
 constexpr double belac_rad = 0.7;
+constexpr double section_step_mm = 40.0;  // from one section of a blade to the next
 
 Truth truth_of(const families::Blade& blade) {
     const section_truth::SectionTruth t(section_truth::of_family(blade));
@@ -186,6 +187,22 @@ void judge(const families::Blade& blade, const ClosedCurve& nominal, const Truth
     radius("TE radius", fit.te, blade.te());
 }
 
+/// Of two sections, each by its own best fit: what they have in common goes together.
+void judge_lean(const ClosedCurve& nominal, const MeasuredSection& root, const MeasuredSection& tip, Tallies& tallies) {
+    const auto low = fit_to_nominal(root.contour(), nominal), high = fit_to_nominal(tip.contour(), nominal);
+    if (!low || !high) return;
+    const MeasuredSection *const first = &root, *const last = &tip;
+    const Datum from = datums_of(*low, {&first, 1}).front(), to = datums_of(*high, {&last, 1}).front();
+    const Eigen::Matrix3d covariance = from.covariance + to.covariance + covariance_of(to.loads - from.loads);
+    const auto one = [&](const std::string& name, double value, Eigen::Index k) {
+        const double standard = std::sqrt(covariance(k, k));
+        count(tallies[name], value, standard, 2.0 * standard);
+    };
+    one("lean x", high->motion.shift_mm.x() - low->motion.shift_mm.x(), 0);
+    one("lean y", high->motion.shift_mm.y() - low->motion.shift_mm.y(), 1);
+    one("relative twist", high->motion.turn_rad - low->motion.turn_rad, 2);
+}
+
 /// Three sections like each other as one blade, which lies where its nominal does: its alignment, and the place of one
 /// section in the aligned blade.
 void judge_blade(const ClosedCurve& nominal, const std::vector<SectionFit>& fits, Tallies& tallies) {
@@ -197,6 +214,7 @@ void judge_blade(const ClosedCurve& nominal, const std::vector<SectionFit>& fits
         measured.push_back(sections.back().get());
         members.push_back({&sections.back()->contour(), &nominal, {}});
     }
+    judge_lean(nominal, *sections.front(), *sections.back(), tallies);
     const auto found = fit_to_nominals(members);
     if (!found) {
         ++tallies["blade rotation"].refused;
@@ -240,14 +258,14 @@ std::vector<Tallies> run(const Task& task) {
             options.le_hint = blade.le().nose;
             options.te_hint = blade.te().nose;
             auto machine = drawn_errors::draw(task.errors, machines);
-            const auto measured = [&]() -> core::Result<SectionFit> {
+            const auto measured_at = [&](double z_mm) -> core::Result<SectionFit> {
                 auto scan = families::scan(blade, scanning);
-                drawn_errors::displace(blade, machine, scan);
+                drawn_errors::displace(blade, machine, scan, z_mm);
                 auto fit = fit_section(scan.points, {}, options);
-                if (fit) fit->contour_noise.set_fields(ErrorFields(task.errors, 0.0));
+                if (fit) fit->contour_noise.set_fields(ErrorFields(task.errors, z_mm));
                 return fit;
             };
-            const auto fit = measured();
+            const auto fit = measured_at(0.0);
             if (!fit) {
                 ++tallies[k]["section"].refused;
                 continue;
@@ -257,7 +275,8 @@ std::vector<Tallies> run(const Task& task) {
             for (std::uint64_t other = 1; other < task.sections; ++other) {
                 scanning.seed += 1000003;
                 drawn_errors::draw_waves(task.errors, machines, machine);
-                if (auto beside = measured()) sections.push_back(std::move(*beside));
+                if (auto beside = measured_at(section_step_mm * static_cast<double>(other)))
+                    sections.push_back(std::move(*beside));
             }
             if (sections.size() > 1) judge_blade(nominal, sections, tallies[k]);
         }

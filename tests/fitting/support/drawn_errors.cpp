@@ -66,7 +66,7 @@ Machine draw(const SystematicErrors& errors, core::Rng& rng) {
     return machine;
 }
 
-void displace(const families::Blade& blade, const Machine& machine, families::BladeScan& scan) {
+void displace(const families::Blade& blade, const Machine& machine, families::BladeScan& scan, double z_mm) {
     std::vector<double> way{0.0};
     for (std::size_t i = 1; i < scan.points.size(); ++i)
         way.push_back(way.back() + (scan.points[i] - scan.points[i - 1]).norm());
@@ -75,7 +75,7 @@ void displace(const families::Blade& blade, const Machine& machine, families::Bl
         const auto at = blade.at(scan.t[i]);
         const Vector2d normal = at.normal();
         const Vector3d by =
-            machine.of({at.position.x(), at.position.y(), 0.0}, {normal.x(), normal.y(), 0.0}, way[i] / length);
+            machine.of({at.position.x(), at.position.y(), z_mm}, {normal.x(), normal.y(), 0.0}, way[i] / length);
         scan.points[i] += by.head<2>();
     }
 }

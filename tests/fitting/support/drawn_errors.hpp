@@ -39,7 +39,7 @@ Machine draw(const SystematicErrors& errors, core::Rng& rng);
 /// The next section of the same part: what differs from place to place differs from section to section.
 void draw_waves(const SystematicErrors& errors, core::Rng& rng, Machine& machine);
 
-/// A scan in the plane z = 0 as this machine records it.
-void displace(const families::Blade& blade, const Machine& machine, families::BladeScan& scan);
+/// A scan in the plane of that height as this machine records it.
+void displace(const families::Blade& blade, const Machine& machine, families::BladeScan& scan, double z_mm = 0.0);
 
 }  // namespace cmm::fitting::drawn_errors
