@@ -56,6 +56,10 @@ std::string_view to_string(Alignment::State state) noexcept {
     return "none";
 }
 
+double Alignment::standard(Eigen::Index number) const {
+    return std::sqrt(std::max(0.0, covariance(number, number) + loads.row(number).squaredNorm()));
+}
+
 AlignmentSpec read_alignment(const ConfigTable& table, bool has_nominal, bool sides, bool edges) {
     AlignmentSpec spec;
     const std::string kind = table.word("kind", "none", {"none", "six_points", "rps", "section", "blade"});
@@ -119,7 +123,7 @@ std::string frame_words(const AlignmentSpec& spec) {
 std::string alignment_words(const Alignment& alignment) {
     if (alignment.state == Alignment::State::none) return "none: the machine's part frame is that of the nominal";
     if (alignment.state == Alignment::State::refused) return "refused: " + alignment.note;
-    const auto u = [&](Eigen::Index k) { return std::sqrt(std::max(0.0, alignment.covariance(k, k))); };
+    const auto u = [&](Eigen::Index k) { return alignment.standard(k); };
     if (alignment.spec.kind == AlignmentKind::six_points) {
         return "six datum points (RPS); in the plane of the section u x " + core::fixed(u(0), 5) + " mm, y " +
                core::fixed(u(1), 5) + " mm, rotation " + core::fixed(core::deg_from_rad(u(2)), 6) + " deg";

@@ -172,7 +172,7 @@ Characteristic AskedCharacteristics::radius_in_window(const CharacteristicSpec& 
     c.method = found->radius.method;
     const auto u = uncertainty(found->radius);
     c.value = found->radius.value;
-    c.u95 = u.u95;
+    take_uncertainty(u, section_.fit().contour_noise, c);
     c.note = "arc of " + core::fixed(core::deg_from_rad(found->arc_rad), 0) + " deg" +
              (spec.radius.reach_mm ? " within " + core::fixed(*spec.radius.reach_mm, 3) + " mm of the nose" : "") +
              ", rms " + core::length_text(found->rms_mm);
@@ -197,7 +197,8 @@ std::optional<SectionPlacement> AskedCharacteristics::placement(const ZoneSet& z
     if (!fit) return std::nullopt;
     const fitting::MeasuredSection* const section = &section_;
     const auto datum = fitting::datums_of(*fit, {&section, 1});
-    return SectionPlacement{fit->motion.shift_mm, fit->motion.turn_rad, datum.front().covariance, zones};
+    return SectionPlacement{fit->motion.shift_mm, fit->motion.turn_rad, datum.front().covariance,
+                            datum.front().places, datum.front().loads,  zones};
 }
 
 Characteristic AskedCharacteristics::by_best_fit(const CharacteristicSpec& spec) {
@@ -221,7 +222,7 @@ Characteristic AskedCharacteristics::by_best_fit(const CharacteristicSpec& spec)
                              : spec.kind == Kind::displacement_x ? fit->dx
                                                                  : fit->dy;
     c.value = measure.value;
-    c.u95 = uncertainty(measure).u95;
+    take_uncertainty(uncertainty(measure), section_.fit().contour_noise, c);
     c.note = "of the section against its nominal, about x " + core::fixed(fit->motion.about_mm.x(), 3) + " mm, y " +
              core::fixed(fit->motion.about_mm.y(), 3) + " mm; " + core::length_text(fit->rms_mm) + " rms are left";
     return c;
@@ -256,6 +257,7 @@ void AskedCharacteristics::require(const CharacteristicSpec& spec, Characteristi
             c.note = nominal.error().message;
             c.value.reset();
             c.u95.reset();
+            c.budget.reset();
             c.decision = Decision::not_evaluable;
         }
     }
@@ -279,7 +281,7 @@ Characteristic AskedCharacteristics::make(const CharacteristicSpec& spec, const 
             c.method = measured->method;
             const auto u = uncertainty(*measured);
             c.value = measured->value;
-            c.u95 = u.u95;
+            take_uncertainty(u, section_.fit().contour_noise, c);
             c.note = offset_error_note(u.offset_error, unit_of(spec.kind));
         } else {
             c.method = to_string(spec.kind);

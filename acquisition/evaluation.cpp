@@ -24,11 +24,11 @@ using fitting::Zone;
 /// at the same places.
 class FormProfiles {
   public:
-    /// `contour`: of which the best fit is.
-    FormProfiles(const SectionResult& section, const std::vector<ContourPoint>& contour,
+    /// `measured`: of which the best fit is.
+    FormProfiles(const SectionResult& section, const fitting::MeasuredSection& measured,
                  const ReferenceContour* nominal, const fitting::NominalSection* curve,
                  const EvaluationOptions& options)
-        : section_(section), contour_(contour), nominal_(nominal), curve_(curve) {
+        : section_(section), measured_(measured), nominal_(nominal), curve_(curve) {
         unlimited_.filters = options.filters;
         unlimited_.rule = options.rule;
     }
@@ -79,7 +79,11 @@ class FormProfiles {
 
     void compare(const fitting::BestFit& fit, const Changes& changes) {
         changes_ = changes;
-        moved_ = contour_;
+        moved_ = measured_.fit().contour;
+        if (const auto& noise = measured_.fit().contour_noise; noise.has_fields()) {
+            const fitting::MeasuredSection* const only = &measured_;
+            fitting::set_place_errors(moved_, noise, &fitting::datums_of(fit, {&only, 1}).front());
+        }
         for (auto& point : moved_) {
             point.position_mm = fit.motion.undo(point.position_mm);
             point.normal = fit.motion.undo_on_direction(point.normal);
@@ -90,7 +94,7 @@ class FormProfiles {
     }
 
     const SectionResult& section_;
-    const std::vector<ContourPoint>& contour_;
+    const fitting::MeasuredSection& measured_;
     const ReferenceContour* nominal_;
     const fitting::NominalSection* curve_;
     Changes changes_;
@@ -112,7 +116,7 @@ void replace_or_add(Characteristic c, SectionResult& section) {
 
 void add_asked(SectionResult& section, fitting::MeasuredSection& measured, const ReferenceContour* nominal,
                const fitting::NominalSection* curve, const EvaluationOptions& options, const fitting::Datum* datum) {
-    FormProfiles forms(section, measured.fit().contour, nominal, curve, options);
+    FormProfiles forms(section, measured, nominal, curve, options);
     const auto form = [&](const CharacteristicSpec& spec, const fitting::BestFit& fit) { return forms.of(spec, fit); };
     AskedCharacteristics asked(measured, section.deviation_mm, nominal != nullptr ? curve : nullptr, form, options.rule,
                                datum);
@@ -125,7 +129,7 @@ void add_asked(SectionResult& section, fitting::MeasuredSection& measured, const
             if (section.placement(spec.fit_zones) != nullptr) continue;
             if (auto placed = asked.placement(spec.fit_zones)) section.placements.push_back(*placed);
         } else if (nominal != nullptr && section.alignment.state != Alignment::State::refused) {
-            if (auto point = span_point(*section.fit, *curve, section.alignment.motion, spec))
+            if (auto point = span_point(*section.fit, *curve, section.alignment, spec))
                 section.span_points.push_back(std::move(*point));
         }
     }
@@ -169,10 +173,25 @@ void take_fit(SectionResult& section, core::Result<fitting::SectionFit> fit) {
     if (!section.closed()) section.why = "the section is not closed";
 }
 
+/// How the surface rises where the contour does not know it: as the nominal does.
+void know_rise(const ReferenceContour& nominal, std::vector<ContourPoint>& contour) {
+    auto compared = contour;
+    (void)nominal.compare(compared);
+    for (std::size_t i = 0; i < contour.size(); ++i)
+        contour[i].rise = compared[i].rise;
+}
+
+/// What machine, probe and temperature do to each place, after the alignment (nullptr: as measured).
+void add_place_errors(fitting::SectionFit& fit, const fitting::Datum* datum) {
+    if (fit.contour_noise.has_fields()) fitting::set_place_errors(fit.contour, fit.contour_noise, datum);
+}
+
 /// Finds the alignment where it is the section's own matter, and takes the deviations after it.
 void compare_with(const ReferenceContour& nominal, const fitting::NominalSection* curve,
                   const EvaluationOptions& options, const SectionAlignment* shared, SectionResult& section) {
     auto& contour = section.fit->contour;
+    if (section.fit->contour_noise.has_fields()) know_rise(nominal, contour);
+    add_place_errors(*section.fit, nullptr);
     if (options.alignment.kind == AlignmentKind::none) {
         section.deviation_mm = nominal.compare(contour, options.lean);
         return;
@@ -182,6 +201,7 @@ void compare_with(const ReferenceContour& nominal, const fitting::NominalSection
     if (shared != nullptr) {
         section.alignment = shared->alignment;
         if (!section.alignment.done()) return take_offset_errors();
+        add_place_errors(*section.fit, &shared->datum);
     } else {
         const auto own = align_section(*section.fit, nominal, curve->curve(), options.alignment,
                                        {options.profile_mm, options.edge_profile_mm});
@@ -192,6 +212,7 @@ void compare_with(const ReferenceContour& nominal, const fitting::NominalSection
             return take_offset_errors();
         }
         section.alignment = own->alignment;
+        add_place_errors(*section.fit, &own->datum);
         if (options.alignment.kind == AlignmentKind::blade) {
             section.alignment.state = Alignment::State::provisional;
             section.alignment.note = "by this section alone";
@@ -237,6 +258,8 @@ std::vector<Characteristic> out_for_certain(const SectionResult& section, const 
     const auto aligned = align_section(*section.fit, nominal, curve.curve(), best, widths);
     if (!aligned) return {};
     auto contour = section.fit->contour;
+    const auto& noise = section.fit->contour_noise;
+    if (noise.has_fields()) fitting::set_place_errors(contour, noise, &aligned->datum);
     const auto deviation = compare_aligned(contour, nominal, aligned->alignment.motion, options.lean);
     const auto filtered = fitting::filter_zones(contour, deviation, {});
     std::vector<Characteristic> out;
@@ -295,6 +318,8 @@ SectionResult evaluate_section(SectionResult section, core::Result<fitting::Sect
         compare_with(*nominal, curve, options, shared, section);
         take_plane(*nominal, options, *section.fit);
         add_profiles(section, *nominal, options);
+    } else {
+        add_place_errors(*section.fit, nullptr);
     }
     // Positions are those in the frame of the blade, where it has one; the contour of the result stays as measured.
     std::optional<fitting::SectionFit> in_datum;

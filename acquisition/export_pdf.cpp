@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/budget_table.hpp"
 #include "acquisition/characteristic_table.hpp"
 #include "acquisition/exports.hpp"
 #include "acquisition/report_text.hpp"
@@ -107,6 +108,26 @@ void add_characteristics(pdf::Pages& pages, const PartResult& part) {
     pages.table(columns, rows);
 }
 
+void add_budgets(pdf::Pages& pages, const PartResult& part) {
+    const auto budgets = budget_rows(part);
+    if (budgets.empty()) return;
+    std::vector<Column> columns{{"Characteristic", 2.6, false}, {"Sec.", 0.8, true}, {"", 0.9, false}};
+    for (const auto& word : budget_words)
+        columns.push_back({word.title, 1.5, true});
+    columns.push_back({"U95", 1.2, true});
+    std::vector<std::vector<Cell>> rows;
+    for (const auto& row : budgets) {
+        std::vector<Cell> cells{{row.name}, {row.section}, {row.unit}};
+        for (const auto& part_text : row.parts)
+            cells.push_back({part_text});
+        cells.push_back({row.u95});
+        rows.push_back(std::move(cells));
+    }
+    pages.heading("Where the uncertainties come from");
+    pages.paragraph(budget_note(), Ink::soft);
+    pages.table(columns, rows);
+}
+
 void add(std::vector<pdf::Picture>& pictures, std::string caption, const std::string& figure) {
     if (!figure.empty()) pictures.push_back({std::move(caption), svg::on_paper(figure)});
 }
@@ -157,6 +178,7 @@ core::Result<std::string> report_pdf(const PartResult& part) {
         pages->paragraph(reason);
     add_results(*pages, part);
     add_characteristics(*pages, part);
+    add_budgets(*pages, part);
     std::vector<pdf::Picture> map, trends;
     add(map, "Each section is a strip, cut open at the trailing edge; red: too much material", map_figure(part));
     if (!map.empty()) {

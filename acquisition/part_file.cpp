@@ -328,6 +328,7 @@ core::Result<PartFile> read_part_file(const ConfigTable& root) {
     part.alignment = read_alignment(root.table("alignment"), part.nominal.kind != NominalKind::none,
                                     part.gate.profile_mm.has_value(), part.gate.edge_profile_mm.has_value());
     part.tolerance = read_tolerance_table(root.table("tolerance"));
+    part.uncertainty = read_uncertainty(root.table("uncertainty"));
     root.ignore("actual");
     if (auto status = root.finish(); !status) return tl::unexpected(std::move(status.error()));
     if (auto status = take_blade_files(part); !status) return tl::unexpected(std::move(status.error()));
@@ -337,7 +338,8 @@ core::Result<PartFile> read_part_file(const ConfigTable& root) {
 core::Result<GateSpec> load_gate_file(const std::string& path) {
     const auto root = ConfigTable::load(path);
     if (!root) return tl::unexpected(root.error());
-    for (const char* other : {"part", "nominal", "stylus", "scan", "fitting", "alignment", "tolerance", "actual"})
+    for (const char* other :
+         {"part", "nominal", "stylus", "scan", "fitting", "alignment", "tolerance", "uncertainty", "actual"})
         root->ignore(other);
     if (!root->has("gate") && !root->has("characteristic"))
         root->complain("gate", "is missing: a table with profile_mm, edge_profile_mm");

@@ -10,6 +10,7 @@
 #include "acquisition/alignment.hpp"
 #include "acquisition/characteristic_spec.hpp"
 #include "acquisition/decision_rule.hpp"
+#include "acquisition/uncertainty_spec.hpp"
 #include "acquisition/until_decided.hpp"
 #include "core/config.hpp"
 #include "core/error.hpp"
@@ -90,6 +91,7 @@ struct PartFile {
     AlignmentSpec alignment;
     GateSpec gate;
     ToleranceSpec tolerance;
+    UncertaintySpec uncertainty;
 };
 
 /// Errors: input_missing, config_syntax, config_invalid (file:line:column, did you mean); of the nominal file and the

@@ -47,6 +47,24 @@ std::string excess_name(std::size_t index) {
     return "excess_" + std::to_string(index + 1) + "_mm";
 }
 
+template <class Touch, class Visit>
+void for_each_touch_number(Touch& touch, const std::string& name, const Visit& visit) {
+    constexpr std::array<const char*, 3> axes{"x", "y", "z"};
+    for (Eigen::Index k = 0; k < 3; ++k) {
+        const std::string axis = axes.at(static_cast<std::size_t>(k));
+        visit(name + "_" + axis + "_mm", touch.place_mm[k]);
+        visit(name + "_normal_" + axis, touch.normal[k]);
+    }
+}
+
+/// Of the points that were touched.
+std::string point_name(std::size_t index) {
+    return "point_" + std::to_string(index + 1);
+}
+std::string opposite_touch_name(std::size_t index) {
+    return "opposite_" + std::to_string(index + 1);
+}
+
 /// Shift x and y and the turn about z at a height, from the six numbers of the frame; about the same x and y.
 Eigen::Matrix3d covariance_at(const PartFrame& frame, double z_mm) {
     const double rise = z_mm - frame.about_mm.z();
@@ -79,6 +97,12 @@ std::map<std::string, double> frame_numbers(const PartFrame& frame) {
         frame, [&](const std::string& name, const auto& value) { numbers.emplace(name, static_cast<double>(value)); });
     for (std::size_t i = 0; i < frame.excess_mm.size(); ++i)
         if (frame.excess_mm[i]) numbers.emplace(excess_name(i), *frame.excess_mm[i]);
+    const auto write = [&](const std::string& name, double value) { numbers.emplace(name, value); };
+    for (std::size_t i = 0; frame.points && i < frame.points->size(); ++i) {
+        const auto& point = (*frame.points)[i];
+        for_each_touch_number(point, point_name(i), write);
+        if (point.opposite) for_each_touch_number(*point.opposite, opposite_touch_name(i), write);
+    }
     return numbers;
 }
 
@@ -86,22 +110,40 @@ core::Result<std::optional<PartFrame>> frame_from_numbers(const std::map<std::st
     if (numbers.empty()) return std::optional<PartFrame>();
     PartFrame frame;
     std::string missing;
-    for_each_frame_number(frame, [&](const std::string& name, auto& value) {
+    const auto read = [&](const std::string& name, auto& value) {
         const auto found = numbers.find(name);
         if (found == numbers.end() || !std::isfinite(found->second) || std::abs(found->second) > 1e9) {
             if (missing.empty()) missing = name;
         } else {
             value = static_cast<std::remove_reference_t<decltype(value)>>(found->second);
         }
-    });
+    };
+    for_each_frame_number(frame, read);
     for (std::size_t i = 0; i < frame.excess_mm.size(); ++i)
         if (const auto found = numbers.find(excess_name(i)); found != numbers.end()) frame.excess_mm[i] = found->second;
+    // Runs of older versions have none.
+    if (numbers.contains(point_name(0) + "_x_mm")) frame.points.emplace();
+    for (std::size_t i = 0; frame.points && i < frame.points->size(); ++i) {
+        auto& point = (*frame.points)[i];
+        for_each_touch_number(point, point_name(i), read);
+        if (numbers.contains(opposite_touch_name(i) + "_x_mm"))
+            for_each_touch_number(point.opposite.emplace(), opposite_touch_name(i), read);
+    }
     if (!missing.empty())
         return core::fail(core::ErrorCode::journal_corrupt, "the frame of the part has no number for " + missing);
     const Eigen::Matrix3d turn = frame.machine_from_part.linear();
     if ((turn * turn.transpose() - Eigen::Matrix3d::Identity()).norm() > rigid_to || turn.determinant() < 0.0)
         return core::fail(core::ErrorCode::journal_corrupt, "the frame of the part is no rigid motion");
     return std::optional<PartFrame>(frame);
+}
+
+PartFrame with_errors(PartFrame frame, const fitting::SystematicErrors& errors) {
+    if (!errors.any() || !frame.points) return frame;
+    fitting::ErrorFields fields(errors, 0.0);
+    fields.lie_in_frame_of(*frame.points);
+    frame.covariance += fitting::ErrorFields::covariance_of_touches(errors, *frame.points);
+    frame.shared = fields.covariance_of_frame();
+    return frame;
 }
 
 core::PartFromMachine part_from_machine(const std::optional<PartFrame>& frame) {
@@ -111,6 +153,7 @@ core::PartFromMachine part_from_machine(const std::optional<PartFrame>& frame) {
 
 void take_frame(SectionSetup& setup, const PartFrame& frame) {
     if (setup.alignment.kind == AlignmentKind::none) setup.alignment.kind = AlignmentKind::six_points;
+    if (setup.fields.any() && frame.points) setup.fields.lie_in_frame_of(*frame.points);
     SectionAlignment known;
     known.datum.motion.about_mm = frame.about_mm.head<2>();
     known.datum.covariance = known.datum.from_others = covariance_at(frame, setup.z_mm);

@@ -21,6 +21,9 @@ std::map<std::string, double> frame_numbers(const PartFrame& frame);
 /// they are no rigid motion).
 core::Result<std::optional<PartFrame>> frame_from_numbers(const std::map<std::string, double>& numbers);
 
+/// The same frame, with what machine, probe and temperature do to its touches.
+PartFrame with_errors(PartFrame frame, const fitting::SystematicErrors& errors);
+
 core::PartFromMachine part_from_machine(const std::optional<PartFrame>& frame);
 
 /// Lets a section know where the part stands and how well that is known; one that is aligned by nothing else is in the

@@ -52,15 +52,18 @@ ReferenceContour::ReferenceContour(const NominalContour& contour, fitting::Close
       curve_(std::move(curve)),
       hollows_(fitting::find_hollows(curve_.spline(), ball_radius_mm)) {
     const auto leans = leans_by_length(contour);
+    // A lean that is only a bound has no sign.
+    const bool signed_leans = contour.leans_rad.size() == contour.points.size();
     stations_.reserve(station_count);
     for (std::size_t i = 0; i < station_count; ++i) {
         const double s = station_mm(i), t = curve_.parameter_at(s);
         const auto jet = curve_.spline().jet(t);
         const bool reached =
             std::none_of(hollows_.begin(), hollows_.end(), [t](const auto& hollow) { return hollow.holds(t); });
-        stations_.push_back(
-            {jet.position, jet.right_normal(), leans[i], fitting::lean_error(ball_radius_mm, leans[i]).in_plane_mm,
-             fitting::lean_error(ball_radius_mm, std::abs(leans[i]) + lean_doubt_rad).in_plane_mm, reached});
+        stations_.push_back({jet.position, jet.right_normal(), leans[i],
+                             fitting::lean_error(ball_radius_mm, leans[i]).in_plane_mm,
+                             fitting::lean_error(ball_radius_mm, std::abs(leans[i]) + lean_doubt_rad).in_plane_mm,
+                             signed_leans ? std::tan(leans[i]) : 0.0, reached});
     }
     if (contour.tolerances.size() != points_.size()) return;
     tolerances_ = contour.tolerances;
@@ -139,6 +142,10 @@ double ReferenceContour::Match::offset_error_mm(Lean lean) const {
     return lean == Lean::doubted ? station->doubted_error_mm : station->offset_error_mm;
 }
 
+double ReferenceContour::Match::rise() const {
+    return station == nullptr ? 0.0 : station->rise;
+}
+
 /// None where the ball does not reach the nominal.
 std::optional<double> ReferenceContour::deviation(const ContourPoint& point, const Match& matched) const {
     const fitting::Hollow* hollow = hollow_below(point);
@@ -154,7 +161,7 @@ ReferenceContour::Comparison ReferenceContour::compare(const Vector2d& position_
     point.normal = normal;
     const Match matched = match(point, curve_.closest(position_mm, near_mm));
     return {deviation(point, matched), matched.offset_error_mm(Lean::nominal), matched.offset_error_mm(Lean::doubted),
-            matched.s_mm};
+            matched.s_mm, matched.rise()};
 }
 
 Eigen::Vector3d ReferenceContour::touched_normal(const Vector2d& centre_mm, const Vector2d& outward) const {
@@ -197,6 +204,7 @@ std::vector<std::optional<double>> ReferenceContour::compare(std::span<ContourPo
             const double error_mm = matched.offset_error_mm(lean);
             point.u95_mm += error_mm - point.offset_error_mm;
             point.offset_error_mm = error_mm;
+            point.rise = matched.rise();
         }
         if (point.reached) deviations[i] = deviation(point, matched);
     }

@@ -34,7 +34,7 @@ class ReferenceContour {
     /// side whose outward normal agrees with the point's, so that a thin edge is never compared with its other side.
     /// Empty where the ball does not reach the nominal, or rests in a hollow of the part. Writes into each point
     /// that was compensated in two dimensions what that makes too thick there (A22, by the nominal's lean) and adds it
-    /// to the point's uncertainty: its sign is known, but it is not corrected.
+    /// to the point's uncertainty: its sign is known, but it is not corrected; and how the nominal rises there.
     std::vector<std::optional<double>> compare(std::span<fitting::ContourPoint> contour,
                                                Lean lean = Lean::nominal) const;
 
@@ -43,6 +43,7 @@ class ReferenceContour {
         std::optional<double> deviation_mm;
         double offset_error_mm = 0.0, doubted_error_mm = 0.0;  ///< by the nominal's lean, by the doubted one
         double s_mm = 0.0;                                     ///< arc length of the foot on the nominal
+        double rise = 0.0;                                     ///< tangent of the nominal's lean there, where known
     };
     /// `near_mm`: arc length of a foot nearby, where one is known. Constant time with it.
     Comparison compare(const Eigen::Vector2d& position_mm, const Eigen::Vector2d& normal,
@@ -62,13 +63,14 @@ class ReferenceContour {
   private:
     struct Station {
         Eigen::Vector2d position, normal;
-        double lean_rad, offset_error_mm, doubted_error_mm;
+        double lean_rad, offset_error_mm, doubted_error_mm, rise;
         bool reached;
     };
     struct Match {
         double deviation_mm, s_mm;
         const Station* station;  ///< nullptr: none that the ball reaches faces the point's way
         double offset_error_mm(Lean lean) const;
+        double rise() const;
     };
 
     double station_mm(std::size_t i) const;

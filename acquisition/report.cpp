@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/budget_table.hpp"
 #include "acquisition/characteristic_table.hpp"
 #include "acquisition/exports.hpp"
 #include "acquisition/html.hpp"
@@ -184,7 +185,8 @@ std::string pairs_table(const std::string& title, const std::vector<std::pair<st
 std::string report_html(const PartResult& part) {
     const std::string title =
         part.part_name + (part.part_serial.empty() ? "" : " " + part.part_serial) + ": " + verdict_word(part);
-    std::string out = head(part) + summary_table(part) + characteristic_table(part) + map(part) + trends(part);
+    std::string out =
+        head(part) + summary_table(part) + characteristic_table(part) + budget_table(part) + map(part) + trends(part);
     out += "<h2>Sections</h2>\n" + key(part);
     for (const auto& section : part.sections)
         out += section_sheet(section, part.ball_radius_mm);

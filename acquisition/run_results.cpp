@@ -40,6 +40,7 @@ core::Result<PartResult> results_of_points(const std::vector<PointSection>& sect
     result.ball_radius_mm = ball_radius_mm;
     result.has_nominal = *nominal != nullptr;
     result.decision_rule = used.gate.rule.worded();
+    result.uncertainty = used.uncertainty;
     std::uint64_t sequence = 0;
     std::deque<SectionSetup> setups;
     PartJudge judge;

@@ -6,6 +6,7 @@
 
 #include "acquisition/part_characteristics.hpp"
 #include "acquisition/part_judge.hpp"
+#include "acquisition/recorded_machine.hpp"
 #include "acquisition/traceability.hpp"
 
 namespace cmm::acquisition {
@@ -29,6 +30,7 @@ RunReview::RunReview(std::unique_ptr<Journal> journal, PartFile part, std::share
     : journal_(std::move(journal)), part_(std::move(part)), sources_(sources_of(part_)), nominal_(std::move(nominal)) {
     // The ball that measured, whatever a second part file says.
     part_.stylus.radius_mm = journal_->header().ball_radius_mm;
+    part_.uncertainty.machine = recorded_errors(journal_->header());
 }
 
 core::Result<std::unique_ptr<RunReview>> RunReview::open(const std::string& run_file, const PartFile* part) {
@@ -78,7 +80,9 @@ core::Result<const SectionSetup*> RunReview::setup(std::size_t index) {
 core::Result<std::optional<PartFrame>> RunReview::part_frame() const {
     const auto numbers = journal_->part_frame();
     if (!numbers) return tl::unexpected(numbers.error());
-    return frame_from_numbers(*numbers);
+    auto frame = frame_from_numbers(*numbers);
+    if (frame && *frame) **frame = with_errors(std::move(**frame), part_.uncertainty.errors());
+    return frame;
 }
 
 bool RunReview::whole() const {
@@ -150,6 +154,7 @@ core::Result<PartResult> RunReview::result() {
     result.ball_radius_mm = header.ball_radius_mm;
     result.has_nominal = has_nominal();
     result.decision_rule = part_.gate.rule.worded();
+    result.uncertainty = part_.uncertainty;
     const auto& sections = recorded_.all();
     result.complete = whole();
     for (std::size_t place = 0; place < sections.size(); ++place)

@@ -67,6 +67,7 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
     outcome.result.has_nominal = request_.nominal != nullptr;
     outcome.result.part_frame = frame_;
     outcome.result.decision_rule = request_.part.gate.rule.worded();
+    outcome.result.uncertainty = request_.part.uncertainty;
     outcome.result.complete = !outcome.error && outcome.result.sections.size() == plan_.paths.size();
     add_part_characteristics(request_.part.gate.characteristics, request_.part.gate.rule, outcome.result);
     for (const auto& characteristic : outcome.result.characteristics)
@@ -178,6 +179,7 @@ core::Status ScanJob::prepare() {
     plan_ = std::move(*plan);
     if (auto status = can_align(); !status) return status;
     if (auto status = check(); !status) return status;
+    use_errors(capabilities_.recorded_errors.or_else(request_.machine_errors));
     for (std::size_t i = 0; i < plan_.paths.size(); ++i) {
         auto setup = make_section_setup(request_.part, request_.nominal.get(), i, plan_.paths[i].z_mm);
         if (!setup) return tl::unexpected(setup.error());
@@ -189,6 +191,14 @@ core::Status ScanJob::prepare() {
     again_.there.resize(setups_.size());
     done_.assign(setups_.size(), false);
     return {};
+}
+
+/// By how much the machine may err: by its file, or of a run that is gone on with, or played again, as it was then.
+void ScanJob::use_errors(const drivers::MachineErrors& errors) {
+    if (errors == request_.part.uncertainty.machine) return;
+    request_.part.uncertainty.machine = errors;
+    for (auto& setup : setups_)
+        setup.fields = fitting::ErrorFields(request_.part.uncertainty.errors(), setup.z_mm);
 }
 
 core::Status ScanJob::check() const {
@@ -209,6 +219,7 @@ ScanJob::Step ScanJob::start_journal(const drivers::RunOrigin& origin) {
     header.lsb_mm = capabilities_.lsb_mm;
     header.capabilities = capability_numbers(capabilities_);
     header.capabilities[touches_key] = touching_ ? 1.0 : 0.0;
+    add_errors(request_.part.uncertainty.machine, header.capabilities);
     header.boot_id = origin.boot_id;
     header.sequence_shift = origin.sequence_shift;
     header.ball_radius_mm = request_.part.stylus.radius_mm;

@@ -38,6 +38,7 @@ struct ScanRequest {
     bool resume = false;
     bool touch = false;  ///< by single touches, also where the machine could scan
     std::string machine_url;
+    drivers::MachineErrors machine_errors;  ///< as its file says
     std::string software_version;
     std::vector<SourceFile> sources;  ///< of the part (traceability.hpp)
     std::string run_id, started_utc;
@@ -107,6 +108,7 @@ class ScanJob {
     core::Status can_align() const;
     Step align();
     void use_frame(const PartFrame& frame);
+    void use_errors(const drivers::MachineErrors& errors);
     boost::asio::awaitable<core::Result<std::optional<PartFrame>>> find_frame();
     boost::asio::awaitable<core::Result<fitting::TouchCentres>> touch_datums(double approach_mm);
     core::Status within_travel() const;

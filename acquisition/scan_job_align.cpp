@@ -51,11 +51,11 @@ ScanJob::Step ScanJob::align() {
 
 /// All that follows is of the part as it stands. Told of nothing else before the first section.
 void ScanJob::use_frame(const PartFrame& frame) {
-    frame_ = frame;
+    frame_ = with_errors(frame, request_.part.uncertainty.errors());
     machine_.set_frame(core::MachineFromPart(frame.machine_from_part));
     came_from_.reset();
     for (auto& setup : setups_)
-        take_frame(setup, frame);
+        take_frame(setup, *frame_);
 }
 
 boost::asio::awaitable<core::Result<std::optional<PartFrame>>> ScanJob::find_frame() {

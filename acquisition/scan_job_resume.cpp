@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "acquisition/json_text.hpp"
+#include "acquisition/recorded_machine.hpp"
 #include "acquisition/recorded_sections.hpp"
 #include "acquisition/scan_job.hpp"
 #include "acquisition/section_start.hpp"
@@ -111,6 +112,7 @@ ScanJob::Step ScanJob::reopen_journal() {
                                  " nm; go on with the machine of that run");
     }
     if (auto status = measure_as_begun(); !status) co_return status;
+    use_errors(recorded_errors(header));
     auto frame = [this] { return take_recorded_frame(); };
     if (auto status = co_await workers_.run(std::move(frame)); !status) co_return status;
     request_.run_id = header.run_id;

@@ -11,6 +11,7 @@
 
 #include "acquisition/alignment.hpp"
 #include "acquisition/place_limits.hpp"
+#include "acquisition/uncertainty_spec.hpp"
 #include "acquisition/unit.hpp"
 #include "acquisition/zone_set.hpp"
 #include "core/error.hpp"
@@ -43,6 +44,8 @@ struct Characteristic {
     bool required = false;  ///< a tolerance was asked for, also where its limits are not known for want of a nominal
     /// What the decision rule keeps between value and limit to accept, and to reject (decision_rule.hpp).
     std::optional<double> guard_accept = {}, guard_reject = {};
+    /// Of u95, by where it comes from; where anything is known of machine, probe or temperature.
+    std::optional<fitting::ErrorBudget> budget = {};
 
     bool has_limits() const { return upper || lower; }
     bool has_requirement() const { return required || has_limits(); }
@@ -89,12 +92,16 @@ struct SectionPlacement {
     Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();
     double turn_rad = 0.0;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-    ZoneSet zones = all_zones;  ///< that took part
+    Eigen::Matrix3d places = Eigen::Matrix3d::Zero();           ///< part of it: by what the machine does place by place
+    fitting::MotionLoads loads = fitting::MotionLoads::Zero();  ///< by what all sections have in common
+    ZoneSet zones = all_zones;                                  ///< that took part
 };
 /// The deviation at one place of the nominal, for a line along the span.
 struct SpanPoint {
     std::string label;
-    double deviation_mm = 0.0, standard_mm = 0.0;
+    double deviation_mm = 0.0, scatter_mm = 0.0;  ///< standard, by the section's own points
+    double place_mm = 0.0;                        ///< standard, by what the machine does at this place alone
+    fitting::FieldLoads loads = fitting::FieldLoads::Zero();  ///< by what all sections have in common
 };
 
 /// A finished section. `fit` is absent where the points do not determine a section; `why` says it.
@@ -132,7 +139,9 @@ struct SectionResult {
     Decision decision() const;
 };
 
-/// Half the 95 % interval of a deviation at a contour point, with that of the alignment (k = 2).
+/// Half the 95 % interval of a deviation at a contour point by the scatter of the points, with that of the alignment
+/// (k = 2); and with what machine, probe and temperature add.
+double scatter_u95_mm(const fitting::ContourPoint& point, const Alignment& alignment);
 double aligned_u95_mm(const fitting::ContourPoint& point, const Alignment& alignment);
 
 /// A characteristic that needs several sections.
@@ -158,6 +167,7 @@ struct PartResult {
     bool has_nominal = false;
     std::optional<fitting::SixPointFrame> part_frame;  ///< where the part stands on the machine, by six points
     std::string decision_rule;                         ///< in a sentence
+    UncertaintySpec uncertainty;                       ///< what was known of machine, probe and temperature
     bool complete = true;  ///< false: the scan ended early; then the verdict cannot be accept
     std::vector<SectionResult> sections;
     std::vector<PartCharacteristic> characteristics;  ///< that need several sections

@@ -12,6 +12,7 @@
 #include "acquisition/reference_contour.hpp"
 #include "acquisition/section_alignment.hpp"
 #include "acquisition/section_result.hpp"
+#include "fitting/error_fields.hpp"
 #include "fitting/nominal.hpp"
 
 namespace cmm::acquisition {
@@ -38,6 +39,15 @@ struct SectionSetup {
     std::optional<SectionAlignment> frame;           ///< by six points (part_frame.hpp)
     std::optional<fitting::PlaneUncertainty> plane;  ///< likewise: of the section's height
     GateSpec gate;
+    fitting::ErrorFields fields;  ///< of machine, probe and temperature; of nothing where nothing is known
+    /// Where the part file asks for it, points are carried to 20 degrees: this many times their distance from the place
+    /// that stays. The ball and the height at which the nominal is cut are carried with them.
+    double to_20_c = 1.0;
+    Eigen::Vector2d fixed_at_mm = Eigen::Vector2d::Zero();
+
+    Eigen::Vector2d at_20_c(const Eigen::Vector2d& measured_mm) const {
+        return to_20_c == 1.0 ? measured_mm : Eigen::Vector2d(fixed_at_mm + to_20_c * (measured_mm - fixed_at_mm));
+    }
 };
 
 /// Cuts the nominal (nullptr: none) at the height and finds its edges. Errors: those of Nominal::cut, input_invalid

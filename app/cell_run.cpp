@@ -67,7 +67,7 @@ core::Status CellRun::prepare(const Order& order) {
     if (!part) return tl::unexpected(part.error());
     if (order.wait_s >= 0.0) part->scan.wait_s = order.wait_s;
     if (order.stop_when_rejected) part->scan.stop_when_rejected = true;
-    auto request = new_request(std::move(*part), order.folder, link_.endpoint.text());
+    auto request = new_request(std::move(*part), order.folder, link_);
     if (!request) return tl::unexpected(request.error());
     auto machine = machine_registry().make(link_, drivers::DriverContext{strand_, clock_, random_seed()});
     if (!machine) return tl::unexpected(machine.error());

@@ -25,12 +25,15 @@ inline constexpr const char* config_keys = R"(part file (docs/part-file.md):
   [[alignment.point]] at_mm, direction; of a middle also: opposite_mm, opposite_direction
   [gate]    profile_mm, edge_profile_mm, decision_rule = "iso_14253_1" | "simple" | "stringent" | "relaxed", risk
   [tolerance] file (.TOL), skip
+  [uncertainty] part_temperature_c, temperature_standard_k, expansion_um_m_k, expansion_standard_um_m_k,
+            expansion_correction = "none" | "applied" | "by_machine", fixed_at_mm; and the keys of a machine file
   [[characteristic]] name, method, label, sections, nominal_*, tolerance_* or lower_* and upper_* (mm, deg, mm2, per_mm), of
             a number without a unit nominal, tolerance or lower and upper; what belongs to a name: distance_mm, near_mm, far_mm,
             reference = "x" | "chord", direction_deg, pitch_mm, zone, width_mm, window_mm, arc_deg, reach_mm, fit_zones, le_change_mm, te_change_mm,
             root_section, tip_section, reference_section, side = "suction" | "pressure", share
   [actual]  (simulation) kind = "nominal" | "parametric" | "sections" | "mesh", files, span, noise_um, bad_points_percent,
-            thicken_mm, twist_deg, shift_mm, stands_at_mm, stands_turned_deg
+            thicken_mm, twist_deg, shift_mm, stands_at_mm, stands_turned_deg, growth_um_m, ball_error_um,
+            lobes_um, lobes, lobes_from_deg, scale_um_m, squareness_um_m
   [actual.blade] the keys of [nominal.blade]
 machine file (config/machines/*.toml):
   [link]    url, map, connect_timeout_ms, response_timeout_ms, reconnect_ms, poll_ms
@@ -38,6 +41,7 @@ machine file (config/machines/*.toml):
             decimal_comma, point_tags, end, request, request_every_ms
   [linuxcnc] (linuxcnc, docs/linuxcnc.md) connect_password, enable_password, joints, reset_estop, limit_min_mm,
             limit_max_mm, max_speed_mm_s, max_acceleration_mm_s2, latch_delay_us, home_patience_s
+  [uncertainty] length_um, length_k_mm_per_um, probing_form_um, probing_size_um, ball_radius_standard_um
   [controller] (simulation) model, serial, lsb_nm, limit_min_mm, limit_max_mm, home_mm, max_speed_mm_s, max_accel_mm_s2,
             sample_rate_hz, fifo_depth, path_capacity, watchdog_ms
 register map (config/maps/*.toml): docs/protocol-modbus.md

@@ -30,7 +30,7 @@ std::uint64_t random_seed() {
 }
 
 core::Result<acquisition::ScanRequest> new_request(acquisition::PartFile part, const std::string& out,
-                                                   const std::string& machine_url) {
+                                                   const drivers::LinkSettings& machine) {
     auto nominal = acquisition::load_nominal(part.nominal);
     if (!nominal) return tl::unexpected(nominal.error());
     acquisition::ScanRequest request;
@@ -38,7 +38,8 @@ core::Result<acquisition::ScanRequest> new_request(acquisition::PartFile part, c
     request.part = std::move(part);
     request.nominal = std::move(*nominal);
     request.run_file = out + "/run.cmmrun";
-    request.machine_url = machine_url;
+    request.machine_url = machine.endpoint.text();
+    request.machine_errors = machine.errors;
     request.software_version = "cmmlive " + version();
     request.started_utc = utc_now();
     request.run_id = new_run_id(request.started_utc);

@@ -41,13 +41,14 @@ core::Status prepare_folder(const std::string& out, bool resume) {
     return {};
 }
 
-core::Result<acquisition::ScanRequest> make_request(const RunnerOptions& options, const std::string& machine_url) {
+core::Result<acquisition::ScanRequest> make_request(const RunnerOptions& options,
+                                                    const drivers::LinkSettings& machine) {
     auto part = options.known_part ? core::Result<acquisition::PartFile>(*options.known_part)
                                    : acquisition::load_part_file(options.part);
     if (!part) return tl::unexpected(part.error());
     if (options.wait_s >= 0.0) part->scan.wait_s = options.wait_s;
     if (options.stop_when_rejected) part->scan.stop_when_rejected = true;
-    auto request = new_request(std::move(*part), options.out, machine_url);
+    auto request = new_request(std::move(*part), options.out, machine);
     if (!request) return request;
     request->resume = options.resume;
     request->touch = options.touch;
@@ -72,7 +73,7 @@ int run_main_job(const RunnerOptions& options) {
     auto link = drivers::link_settings_from(options.machine);
     if (!link) return fail(link.error());
     if (auto status = prepare_folder(options.out, options.resume); !status) return fail(status.error());
-    auto request = make_request(options, link->endpoint.text());
+    auto request = make_request(options, *link);
     if (!request) return fail(request.error());
     auto event_file = EventFile::open(options.events);
     if (!event_file) return fail(event_file.error());

@@ -44,6 +44,7 @@ core::Result<LinkSettings> read_link_settings(const core::ConfigTable& root) {
             link.complain("url", endpoint.error().message);
         }
     }
+    settings.errors = read_machine_errors(root.table("uncertainty"));
     const bool listens = settings.endpoint.scheme == "dro+serial";
     if (root.has("dro") && !listens && !url.empty()) root.complain("dro", "belongs to a dro+serial:// url");
     if (listens) settings.dro = dro::read_dro_settings(root.table("dro"));

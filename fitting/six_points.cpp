@@ -146,6 +146,22 @@ SixPointHold hold_of(const SixPoints& points, double largest_condition) {
     return hold;
 }
 
+Eigen::Matrix<double, 6, Eigen::Dynamic> motion_by_touches(const SixPoints& points) {
+    const auto touches = touches_of(points);
+    TouchCentres places;
+    for (const auto& touch : touches)
+        places.push_back(touch.place_mm);
+    const Matrix6 by_datum = rows_at(points, places, middle_of(places_of(points)), 1.0).inverse();
+    Eigen::Matrix<double, 6, Eigen::Dynamic> motion(6, static_cast<Eigen::Index>(touches.size()));
+    Eigen::Index touch = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const auto datum = by_datum.col(static_cast<Eigen::Index>(i));
+        motion.col(touch++) = points[i].opposite ? Vector6(0.5 * datum) : Vector6(datum);
+        if (points[i].opposite) motion.col(touch++) = -0.5 * datum;
+    }
+    return motion;
+}
+
 std::string weak_words(const SixPointHold& hold) {
     std::string out = "the six datum points do not hold the part: condition number ";
     out += std::isfinite(hold.condition) ? core::fixed(hold.condition, 0) : std::string("infinite");
@@ -233,7 +249,7 @@ std::array<double, 6> SixPointFrame::standard() const {
     std::array<double, 6> out{};
     for (std::size_t k = 0; k < out.size(); ++k) {
         const auto at = static_cast<Eigen::Index>(k);
-        out[k] = std::sqrt(std::max(0.0, covariance(at, at)));
+        out[k] = std::sqrt(std::max(0.0, covariance(at, at) + shared(at, at)));
     }
     return out;
 }
@@ -252,6 +268,7 @@ SixPointRounds::SixPointRounds(const SixPoints& points, double ball_radius_mm, c
     frame_.condition = hold.condition;
     frame_.length_mm = hold.length_mm;
     frame_.touch_standard_mm = options.touch_standard_mm;
+    frame_.points = points;
 }
 
 core::Result<bool> SixPointRounds::take(const TouchCentres& centres_mm) {

@@ -66,6 +66,9 @@ struct SixPointHold {
 /// that is held worst.
 inline constexpr double largest_condition_default = 200.0;
 SixPointHold hold_of(const SixPoints& points, double largest_condition = largest_condition_default);
+/// How the part's frame follows its touches, in their order: shift and turn about the mean of the places, by the
+/// distances (outwards along the directions) by which they are off. Only of points that hold the part.
+Eigen::Matrix<double, 6, Eigen::Dynamic> motion_by_touches(const SixPoints& points);
 /// "the six points do not hold the part: condition 1e+16, free is a turn about the axis (0.00, 0.00, 1.00) through ..."
 std::string weak_words(const SixPointHold& hold);
 /// Errors: config_invalid, in the words above, when the condition number is larger than that; also of a middle whose
@@ -107,12 +110,14 @@ struct SixPointFrame {
     double length_mm = 0.0;  ///< that the condition number's lengths are counted in
     double touch_standard_mm = 0.0;
     int rounds = 0;
+    std::optional<SixPoints> points;   ///< that were touched, in the part's frame; unknown: of an older run
+    Matrix6 shared = Matrix6::Zero();  ///< covariance by what the touches have in common with all other points
 
     /// How far the part's point `about_mm` lies from the same numbers on the machine, and the turn about it: axis times
     /// angle.
     Eigen::Vector3d shift_mm() const { return machine_from_part * about_mm - about_mm; }
     Eigen::Vector3d turn_rad() const;
-    /// Standard uncertainties: three of the shift (mm), three of the turn (rad).
+    /// Standard uncertainties, all together: three of the shift (mm), three of the turn (rad).
     std::array<double, 6> standard() const;
     double largest_residual_mm() const;
 };

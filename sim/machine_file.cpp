@@ -31,6 +31,7 @@ core::Result<MachineSettings> load_machine_settings(const std::string& file) {
 
 core::Result<MachineSettings> read_machine_settings(const core::ConfigTable& root) {
     root.ignore("link");
+    root.ignore("uncertainty");
     const core::ConfigTable in = root.table("controller");
     MachineSettings to;
     to.model = read_name(in, "model", to.model);

@@ -5,6 +5,7 @@ cmm_test(acquisition_outputs_tests
 # What decisions risk, with simulated blades through the whole fit.
 cmm_test(decision_risk_tests
     SOURCES decision_risk_test.cpp decision_subject.cpp decision_trials.cpp measure_again_test.cpp until_decided_trials.cpp
+        ${PROJECT_SOURCE_DIR}/tests/fitting/support/drawn_errors.cpp
         ${PROJECT_SOURCE_DIR}/tests/fitting/support/exact_sections.cpp
         ${PROJECT_SOURCE_DIR}/tests/fitting/support/families.cpp
         ${PROJECT_SOURCE_DIR}/tests/fitting/support/family_scan.cpp

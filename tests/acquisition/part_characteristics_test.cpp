@@ -73,6 +73,33 @@ TEST(PartCharacteristics, LeanIsWhatTheTipIsFromTheRoot) {
     EXPECT_TRUE(holds(reasons.front(), "part: lean_x 0.040 mm")) << reasons.front();
 }
 
+/// What all sections have in common cancels where it is the same in both, and adds up where it is not.
+TEST(PartCharacteristics, WhatSectionsShareIsCountedWithItsSign) {
+    const auto asked =
+        specs_of("[[characteristic]]\nname = \"lean_x\"\n[[characteristic]]\nname = \"relative_twist\"\n");
+    const auto u95 = [&](double at_root, double at_tip) {
+        auto part = blade({0.0, 0.0});
+        part.uncertainty.machine.length_mm = 1e-3;
+        part.sections.front().placement->loads(0, 3) = at_root;
+        part.sections.back().placement->loads(0, 3) = at_tip;
+        add_part_characteristics(asked, {}, part);
+        return *find_in(part, "lean_x")->u95;
+    };
+    const double noise = 2.0 * std::sqrt(2e-6);
+    EXPECT_NEAR(u95(0.004, 0.004), noise, 1e-12);
+    EXPECT_NEAR(u95(0.004, -0.004), std::hypot(noise, 2.0 * 0.008), 1e-12);
+    auto part = blade({0.0, 0.0});
+    part.uncertainty.machine.length_mm = 1e-3;
+    part.sections.back().placement->places(0, 0) = 0.75e-6;
+    part.sections.back().placement->loads(0, 21) = -0.005;
+    add_part_characteristics(asked, {}, part);
+    const auto& lean = *find_in(part, "lean_x");
+    EXPECT_NEAR(*lean.u95, noise + 0.005, 1e-12) << "what is known is added";
+    EXPECT_NEAR(lean.budget->noise, std::sqrt(1.25e-6), 1e-12);
+    EXPECT_NEAR(lean.budget->of(fitting::ErrorSource::length), std::sqrt(0.75e-6), 1e-12);
+    EXPECT_NEAR(lean.budget->bound, 0.005, 1e-12);
+}
+
 TEST(PartCharacteristics, BowIsWhatASectionIsFromTheLineBetweenTheEnds) {
     // A quarter of the way from root to tip the line passes (0.02, 0.01).
     auto part = blade({0.02 + 0.03, 0.01 - 0.04});

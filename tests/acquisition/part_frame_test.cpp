@@ -102,5 +102,26 @@ TEST_F(PartFrameTest, WithoutATouchThereIsNoDeviationButSizesKeepTheirUncertaint
     EXPECT_NE(alone.find("chord")->note.find("2-D offset error"), std::string::npos) << alone.find("chord")->note;
 }
 
+TEST(PartFrame, IsReadBackWithTheTouchesThatMadeIt) {
+    PartFrame frame;
+    fitting::SixPoints points;
+    for (std::size_t i = 0; i < points.size(); ++i)
+        points[i].place_mm = {1.0 * static_cast<double>(i), 2.0, 3.0};
+    points[1].opposite = fitting::DatumTouch{{1.0, -2.0, 3.0}, -Eigen::Vector3d::UnitX()};
+    frame.points = points;
+    auto numbers = frame_numbers(frame);
+    const auto read = frame_from_numbers(numbers).value().value();
+    ASSERT_TRUE(read.points);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        EXPECT_EQ((*read.points)[i].place_mm, points[i].place_mm);
+        ASSERT_EQ((*read.points)[i].opposite.has_value(), i == 1);
+    }
+    EXPECT_EQ((*read.points)[1].opposite->place_mm, points[1].opposite->place_mm);
+    EXPECT_EQ((*read.points)[1].opposite->normal, points[1].opposite->normal);
+    numbers.erase("opposite_2_normal_z");
+    EXPECT_FALSE(frame_from_numbers(numbers));
+    EXPECT_FALSE(frame_from_numbers(frame_numbers(PartFrame())).value()->points) << "as of an older run";
+}
+
 }  // namespace
 }  // namespace cmm::acquisition

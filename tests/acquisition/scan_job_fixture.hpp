@@ -48,6 +48,7 @@ struct ScanJobTest : ::testing::Test {
     SessionPart job;
     std::string text = session_part_text();
     bool touch = false;
+    drivers::MachineErrors machine_errors;
     std::function<void(ScanJob&)> with_job;
     std::function<bool(const std::string&, std::int64_t)> disk_has_room;
 
@@ -60,6 +61,7 @@ struct ScanJobTest : ::testing::Test {
         made.touch = touch;
         if (disk_has_room) made.disk_has_room = disk_has_room;
         made.machine_url = "test:";
+        made.machine_errors = machine_errors;
         made.software_version = "test";
         made.run_id = resume ? "run-2" : "run-1";
         made.started_utc = "2025-01-02T03:04:05Z";

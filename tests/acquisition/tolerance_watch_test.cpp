@@ -52,6 +52,28 @@ TEST_F(ToleranceWatchTest, APartAtItsLimitIsNotCalledOut) {
     }
 }
 
+/// What the machine does alike to all points no row of points averages away.
+TEST_F(ToleranceWatchTest, WhatTheMachineSharesIsKeptBack) {
+    fitting::SystematicErrors errors;
+    errors.ball_mm = 0.002;
+    errors.form_mm = 0.001;
+    const fitting::ErrorFields fields(errors, setup.z_mm);
+    // 6 um beyond the limit is certain for a machine without errors, and what 2.7 standard deviations of this one make.
+    const auto measured = all(half_zone_mm + 0.006), far_out = all(half_zone_mm + 0.02);
+    EXPECT_TRUE(seen(measured));
+    setup.fields = fields;
+    EXPECT_FALSE(seen(measured));
+    const auto found = seen(far_out);
+    ASSERT_TRUE(found);
+    EXPECT_GT(found->guard_mm, 3.0 * std::hypot(0.002, 0.001));
+    EXPECT_LT(found->guard_mm, 0.02);
+    // An expansion that is known and not corrected is kept back as it is.
+    fitting::SystematicErrors warm;
+    warm.known_expansion = 1e-2;
+    setup.fields = fitting::ErrorFields(warm, setup.z_mm);
+    EXPECT_FALSE(seen(measured));
+}
+
 TEST_F(ToleranceWatchTest, APartThatIsOutIsKnownLongBeforeItsSectionIsComplete) {
     for (const double thicken_mm : {0.066, -0.06}) {
         const auto measured = all(thicken_mm);

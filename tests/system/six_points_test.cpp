@@ -126,6 +126,21 @@ Eigen::Isometry3d motion_in(const nlohmann::json& result) {
     return motion;
 }
 
+/// What shift and turn of the frame are off the part as it stands, in units of their standard uncertainties.
+Eigen::Matrix<double, 6, 1> frame_errors(const nlohmann::json& result) {
+    const auto wrong = askew.motion().inverse() * motion_in(result);
+    const auto& frame = result.at("part_frame");
+    Eigen::Vector3d about;
+    for (int k = 0; k < 3; ++k)
+        about[k] = frame.at("about_mm").at(k).get<double>();
+    const Eigen::AngleAxisd turn(wrong.linear());
+    Eigen::Matrix<double, 6, 1> error;
+    error << wrong * about - about, turn.angle() * turn.axis();
+    for (int k = 0; k < 6; ++k)
+        error[k] /= std::sqrt(frame.at("covariance").at(k).at(k).get<double>());
+    return error;
+}
+
 /// Largest distance of a contour to the other's, mm.
 double apart_mm(const std::string& out, const std::string& other, int section) {
     const std::string name = "/section-" + std::to_string(section) + ".csv";
@@ -226,19 +241,37 @@ TEST_F(SixPoints, NoiseOfTheTouchesIsInTheUncertainty) {
     const auto aligned = scan(column_.part("askew", askew, 1.0), found);
     ASSERT_EQ(aligned.exit_code, 0) << aligned.err << aligned.out;
     const auto result = result_of(found);
-    const auto wrong = askew.motion().inverse() * motion_in(result);
-    const auto& frame = result.at("part_frame");
-    Eigen::Vector3d about;
-    for (int k = 0; k < 3; ++k)
-        about[k] = frame.at("about_mm").at(k).get<double>();
-    const Eigen::AngleAxisd turn(wrong.linear());
-    Eigen::Matrix<double, 6, 1> error;
-    error << wrong * about - about, turn.angle() * turn.axis();
-    for (int k = 0; k < 6; ++k) {
-        const double standard = std::sqrt(frame.at("covariance").at(k).at(k).get<double>());
-        EXPECT_LT(std::abs(error[k]), 4.0 * standard) << k;
-        EXPECT_GT(standard, 0.0);
+    for (const double error : frame_errors(result))
+        EXPECT_LT(std::abs(error), 4.0);
+}
+
+/// The touches err by the same machine as the points: what is off in both is off in none, and the rest is stated.
+TEST_F(SixPoints, WhatTheMachineDoesToTheTouchesCounts) {
+    const std::string part = column_.part("erring", askew, 0.2), found = folder_ / "found";
+    std::ofstream(part, std::ios::app)
+        << "ball_error_um = 0.9\nlobes_um = 0.7\nscale_um_m = [3, -3, 2]\nsquareness_um_m = [3, 2, -3]\n"
+           "growth_um_m = 40\n[uncertainty]\nlength_um = 1.5\nlength_k_mm_per_um = 300\nprobing_form_um = 1.6\n"
+           "probing_size_um = 1.9\ntemperature_standard_k = 2\nexpansion_um_m_k = 11.5\n";
+    const auto aligned = scan(part, found);
+    ASSERT_EQ(aligned.exit_code, 0) << aligned.err << aligned.out;
+    const auto result = result_of(found);
+    for (const double error : frame_errors(result))
+        EXPECT_LT(std::abs(error), 3.0);
+    std::size_t off = 0, rows = 0;
+    for (const int section : {0, 1}) {
+        for (const auto& row : read_csv(found + "/section-" + std::to_string(section) + ".csv")) {
+            if (row.at("deviation_mm").empty()) continue;
+            ++rows;
+            off += std::abs(std::stod(row.at("deviation_mm"))) > std::stod(row.at("u95_mm")) ? 1 : 0;
+        }
     }
+    EXPECT_GT(rows, 4000U);
+    EXPECT_LT(static_cast<double>(off), 0.05 * static_cast<double>(rows));
+    // Read back from the run file, the points of the touches are still known.
+    const auto again = run({cmmlive(), "fit", found + "/run.cmmrun", "--out", folder_ / "again"});
+    EXPECT_EQ(again.exit_code, 0) << again.err;
+    EXPECT_EQ(result_of(folder_ / "again").at("part_frame"), result.at("part_frame"));
+    EXPECT_EQ(result_of(folder_ / "again").at("sections"), result.at("sections"));
 }
 
 TEST_F(SixPoints, AMissingDatumLeavesTheMachineStoppedAboveIt) {

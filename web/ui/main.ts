@@ -1,5 +1,5 @@
 // The page: what is on the screen, and what a person does there.
-import type { Characteristic, Decision, LivePoint, RunSummary, Section, Status } from './documents';
+import type { Budget, Characteristic, Decision, LivePoint, RunSummary, Section, Status } from './documents';
 import { BladeView } from './blade_view';
 import { length } from './canvas';
 import { Run } from './run';
@@ -153,6 +153,17 @@ function limits(c: Characteristic): string {
   return c.upper === null ? '≥\u00a0' + shown(c, c.lower, 3) : shown(c, c.lower, 3) + '\u00a0… ' + shown(c, c.upper, 3);
 }
 
+/** The value with U95 below it; where that is known, what most of it comes from, and in the tip all of it. */
+function withUncertainty(c: Characteristic): HTMLElement {
+  const u95 = shown(c, c.u95, 4);
+  const element = withSmall('span', shown(c, c.value, 4) || '–', u95 && '±\u00a0' + u95);
+  if (!c.budget || !u95) return element;
+  const parts = (Object.keys(c.budget) as (keyof Budget)[]).map((key) => [say(`budget_${key}` as Word), c.budget![key]] as const);
+  element.title = [say('budget'), ...parts.map(([name, value]) => `${name}: ${shown(c, value, 5)}`)].join('\n');
+  element.append(make('small', parts.reduce((most, part) => (part[1] > most[1] ? part : most))[0]));
+  return element;
+}
+
 function drawTable() {
   const head = make('tr');
   const titles: [Word, Word?][] = [['characteristic'], ['decision'], ['value', 'u95'], ['limit', 'nominal']];
@@ -165,8 +176,7 @@ function drawTable() {
   byId('table-body').replaceChildren(...rows.map(([c, whole]) => {
     const row = make('tr'), name = make('span', named(c.name) + (whole ? ` (${say('whole_part')})` : ''));
     name.title = [c.method, c.note].filter(Boolean).join('\n');
-    const u95 = shown(c, c.u95, 4);
-    cells(row, [name, badge(c.decision), withSmall('span', shown(c, c.value, 4) || '–', u95 && '±\u00a0' + u95), withSmall('span', limits(c), shown(c, c.nominal, 4))], [2, 3]);
+    cells(row, [name, badge(c.decision), withUncertainty(c), withSmall('span', limits(c), shown(c, c.nominal, 4))], [2, 3]);
     return row;
   }));
   if (!rows.length) {
