@@ -19,7 +19,7 @@ double touch_s(const Plan& plan, double from_mm) {
     return from_mm / touch_speed_mm_s(plan) + from_mm / draw_back_mm_s;
 }
 
-double length_mm(Vector3d at, const std::vector<Vector3d>& way) {
+double length_of(Vector3d at, const std::vector<Vector3d>& way) {
     double length = 0.0;
     for (const auto& point : way) {
         length += (point - at).norm();
@@ -36,7 +36,7 @@ double datum_ways_s(const Plan& plan, double approach_mm) {
         const Vector3d from = above(touches[i], approach_mm),
                        to = above(touches[(i + 1) % touches.size()], approach_mm);
         const auto way = travel_route(plan, from, to);
-        seconds += length_mm(from, way) / plan.travel_speed_mm_s + start_and_stop_s * static_cast<double>(way.size());
+        seconds += length_of(from, way) / plan.travel_speed_mm_s + start_and_stop_s * static_cast<double>(way.size());
     }
     return seconds;
 }
@@ -52,7 +52,7 @@ double alignment_s(const Plan& plan) {
 double touched_s(const Plan& plan, const PlannedPath& path) {
     double way_mm = 0.0;
     for (std::size_t i = 1; i < path.points.size(); ++i)
-        way_mm += length_mm(above(path.points[i - 1], plan.approach_mm),
+        way_mm += length_of(above(path.points[i - 1], plan.approach_mm),
                             way_between(path.points[i - 1], path.points[i], plan.approach_mm));
     return way_mm / plan.approach_speed_mm_s +
            static_cast<double>(path.points.size()) * touch_s(plan, plan.approach_mm);

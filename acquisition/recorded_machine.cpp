@@ -54,7 +54,7 @@ drivers::MachineErrors recorded_errors(const Journal::Header& header) {
     for (const auto& [name, figure] : drivers::machine_figures) {
         const auto found = header.capabilities.find(std::string(errors_key) + name);
         // A file may claim anything.
-        if (found != header.capabilities.end() && found->second >= 0.0 && found->second < 1.0)
+        if (found != header.capabilities.end() && found->second >= 0.0 && found->second <= 1.0)
             errors.*figure = found->second;
     }
     return errors;
