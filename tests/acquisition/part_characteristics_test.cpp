@@ -80,8 +80,8 @@ TEST(PartCharacteristics, WhatSectionsShareIsCountedWithItsSign) {
     const auto u95 = [&](double at_root, double at_tip) {
         auto part = blade({0.0, 0.0});
         part.uncertainty.machine.length_mm = 1e-3;
-        part.sections.front().placement->loads(0, 3) = at_root;
-        part.sections.back().placement->loads(0, 3) = at_tip;
+        part.sections.front().placements.front().loads(0, 3) = at_root;
+        part.sections.back().placements.front().loads(0, 3) = at_tip;
         add_part_characteristics(asked, {}, part);
         return *find_in(part, "lean_x")->u95;
     };
@@ -90,8 +90,8 @@ TEST(PartCharacteristics, WhatSectionsShareIsCountedWithItsSign) {
     EXPECT_NEAR(u95(0.004, -0.004), std::hypot(noise, 2.0 * 0.008), 1e-12);
     auto part = blade({0.0, 0.0});
     part.uncertainty.machine.length_mm = 1e-3;
-    part.sections.back().placement->places(0, 0) = 0.75e-6;
-    part.sections.back().placement->loads(0, 21) = -0.005;
+    part.sections.back().placements.front().places(0, 0) = 0.75e-6;
+    part.sections.back().placements.front().loads(0, 21) = -0.005;
     add_part_characteristics(asked, {}, part);
     const auto& lean = *find_in(part, "lean_x");
     EXPECT_NEAR(*lean.u95, noise + 0.005, 1e-12) << "what is known is added";
