@@ -19,7 +19,7 @@ const char* const part_text = R"([part]
 name = "rotor"
 [nominal]
 kind = "nom"
-file = "nominal/rotor.nom"
+files = ["nominal/rotor.nom"]
 [tolerance]
 file = "rotor.tol"
 [stylus]
