@@ -114,7 +114,7 @@ NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const 
     NumberUncertainty out;
     Sensitivity all = number;
     all.add(beside.slopes, 1.0);
-    const double noise = coverage_ * std::sqrt(variance(contour, number) + beside.variance + plane_.variance(all));
+    const double noise = coverage_ * std::sqrt(variance(contour, number) + beside.variance + plane_.variance(number));
     const double scattered = std::hypot(noise, std::sqrt(doubt));
     out.offset_error = std::abs(offset);
     out.u95 = scattered + bound + out.offset_error;

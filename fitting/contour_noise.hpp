@@ -34,7 +34,7 @@ struct NumberUncertainty {
 /// What a number depends on beside the contour's noise.
 struct BesideContour {
     double variance = 0.0;                  ///< by what is not in the contour (the radius of an edge's circle)
-    Sensitivity slopes;                     ///< of that: by the plane and by what errs alike; its noise is `variance`
+    Sensitivity slopes;                     ///< of that: by what errs alike only, its noise is `variance`
     FieldLoads loads = FieldLoads::Zero();  ///< by other sections, through an alignment
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fitting/radius_uncertainty.hpp"
 
+#include <Eigen/Cholesky>
 #include <cmath>
 
 namespace cmm::fitting {
@@ -22,22 +23,37 @@ double difference_to_arc(const SectionFit& fit, const EdgeFit& edge) {
     return difference;
 }
 
+/// By another height of the section the whole zone changes; the circle through it follows better than a model whose
+/// ends and halves are its own.
+double plane_variance(const SectionFit& fit, Zone zone) {
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    const auto row = [](const ContourPoint& p) { return Eigen::Vector3d(p.normal.x(), p.normal.y(), 1.0); };
+    for (const auto& point : fit.contour)
+        if (point.zone == zone) normal += row(point) * row(point).transpose();
+    const Eigen::Vector3d radius = normal.ldlt().solve(Eigen::Vector3d::UnitZ());
+    Sensitivity slopes;
+    for (std::size_t i = 0; i < fit.contour.size(); ++i)
+        if (fit.contour[i].zone == zone) slopes.add(i, row(fit.contour[i]).dot(radius));
+    return fit.contour_noise.plane_variance(slopes);
+}
+
 }  // namespace
 
-NumberUncertainty radius_uncertainty(const SectionFit& fit, const EdgeFit& edge) {
-    const double standard = edge.radius_u95_mm / fit.contour_noise.coverage();
+NumberUncertainty radius_uncertainty(const SectionFit& fit, Zone zone) {
+    const EdgeFit& edge = zone == Zone::le ? fit.le : fit.te;
+    const double coverage = fit.contour_noise.coverage(), by_plane = plane_variance(fit, zone);
     Sensitivity slopes;
     slopes.add(edge.slopes[2], moved_window);
-    NumberUncertainty out = fit.contour_noise.of(fit.contour, {}, {standard * standard, slopes});
+    const double variance = std::pow(edge.radius_u95_mm / coverage, 2) + by_plane;
+    NumberUncertainty out = fit.contour_noise.of(fit.contour, {}, {variance, slopes});
     if (!fit.contour_noise.has_fields()) {
-        const double by_plane = fit.contour_noise.coverage() * std::sqrt(fit.contour_noise.plane_variance(slopes));
-        out.u95 = std::hypot(edge.radius_u95_mm, by_plane);  // without a plane error to the last bit
+        out.u95 = std::hypot(edge.radius_u95_mm, coverage * std::sqrt(by_plane));  // or to the last bit as it was
         return out;
     }
     const double bound = difference_to_arc(fit, edge);
     out.budget.bound += bound;
     out.u95 += bound;
-    out.standard = out.u95 / fit.contour_noise.coverage();
+    out.standard = out.u95 / coverage;
     return out;
 }
 

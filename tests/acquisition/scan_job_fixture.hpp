@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "acquisition/scan_job.hpp"
+#include "acquisition/traceability.hpp"
 #include "tests/acquisition/fake_machine.hpp"
 #include "tests/acquisition/temp_folder.hpp"
 
@@ -56,6 +57,7 @@ struct ScanJobTest : ::testing::Test {
         ScanRequest made;
         made.part = parse_part_file(text, "blade.toml").value();
         made.nominal = load_nominal(made.part.nominal).value();
+        made.sources = sources_of(made.part);
         made.run_file = file;
         made.resume = resume;
         made.touch = touch;

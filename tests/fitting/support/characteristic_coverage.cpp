@@ -185,7 +185,7 @@ void judge(const families::Blade& blade, const ClosedCurve& nominal, const Truth
             ++tally.refused;
             return;
         }
-        const double u95 = radius_uncertainty(fit, edge).u95;
+        const double u95 = radius_uncertainty(fit, &edge == &fit.le ? Zone::le : Zone::te).u95;
         count(tally, edge.radius_mm - end.nose_radius(), u95 / 2.0, u95);
     };
     radius("LE radius", fit.le, blade.le());
