@@ -112,9 +112,12 @@ core::Result<CamberPlace> CamberLine::at_distance(const CamberEnd& end, double d
     const auto distance = [&](const Vec2& p) { return (p - end.point_).norm(); };
     const std::size_t n = circles_.size();
     const auto counted = [&](std::size_t k) { return from_le ? k : n - 1 - k; };
-    // Where the first circle begins the cubic lies beside its centre: what falls between the two is of the cubic.
-    if (distance(end.on_cubic(end.first_mm_)) >= distance_mm || distance(circles_[counted(0)].centre) >= distance_mm) {
-        double low = end.x_, high = end.first_mm_;
+    // Up to the first circle, which stands half a radius behind the place where circles may begin at most, and beside
+    // the cubic.
+    const InscribedCircle& first = circles_[counted(0)];
+    if (distance(first.centre) >= distance_mm || distance(end.on_cubic(end.first_mm_)) >= distance_mm) {
+        double low = end.x_;
+        double high = std::max(end.first_mm_, (first.centre - end.origin_).dot(end.axis_)) + first.radius;
         for (int step = 0; step < search_steps; ++step) {
             const double middle = 0.5 * (low + high);
             (distance(end.on_cubic(middle)) < distance_mm ? low : high) = middle;
