@@ -14,21 +14,6 @@ namespace {
 using core::ConfigTable;
 using fitting::FitObjective;
 
-constexpr std::array<std::string_view, 4> zone_names{"le", "suction", "te", "pressure"};  // by fitting::Zone
-
-void read_zones(const ConfigTable& table, AlignmentSpec& spec) {
-    if (!table.has("zones")) return;
-    spec.zones.fill(false);
-    for (const auto& name : table.texts("zones")) {
-        const auto known = std::find(zone_names.begin(), zone_names.end(), name);
-        if (known != zone_names.end())
-            spec.zones[static_cast<std::size_t>(known - zone_names.begin())] = true;
-        else
-            table.complain("zones", "holds \"" + name + "\", which is none of le, suction, te, pressure");
-    }
-    if (spec.zones == std::array<bool, 4>{}) table.complain("zones", "must hold one of le, suction, te, pressure");
-}
-
 const char* objective_words(FitObjective objective) {
     switch (objective) {
         case FitObjective::least_squares:
@@ -71,6 +56,10 @@ std::string_view to_string(Alignment::State state) noexcept {
     return "none";
 }
 
+double Alignment::standard(Eigen::Index number) const {
+    return std::sqrt(std::max(0.0, covariance(number, number) + loads.row(number).squaredNorm()));
+}
+
 AlignmentSpec read_alignment(const ConfigTable& table, bool has_nominal, bool sides, bool edges) {
     AlignmentSpec spec;
     const std::string kind = table.word("kind", "none", {"none", "six_points", "rps", "section", "blade"});
@@ -87,7 +76,7 @@ AlignmentSpec read_alignment(const ConfigTable& table, bool has_nominal, bool si
                                                      : FitObjective::least_squares;
     spec.translate_x = translation == "xy" || translation == "x";
     spec.translate_y = translation == "xy" || translation == "y";
-    read_zones(table, spec);
+    spec.zones = read_zone_set(table, "zones");
     spec.six_points = read_six_points(table, spec.kind == AlignmentKind::six_points);
     const bool best_fit = spec.kind == AlignmentKind::section || spec.kind == AlignmentKind::blade;
     if (spec.six_points && spec.kind == AlignmentKind::none)
@@ -125,12 +114,7 @@ std::string free_words(const AlignmentSpec& spec) {
 std::string frame_words(const AlignmentSpec& spec) {
     if (spec.kind == AlignmentKind::none) return "nominal frame";
     if (spec.kind == AlignmentKind::six_points) return "frame of the six datum points (RPS)";
-    std::string zones;
-    if (spec.zones != std::array<bool, 4>{true, true, true, true}) {
-        zones = "; of";
-        for (std::size_t k = 0; k < zone_names.size(); ++k)
-            if (spec.zones[k]) zones += " " + std::string(zone_names[k]);
-    }
+    const std::string words = zone_words(spec.zones), zones = words.empty() ? "" : "; of " + words;
     return std::string("after the best fit of the ") + std::string(to_string(spec.kind)) + " (" +
            objective_words(spec.objective) + "; free: " + free_words(spec) + zones +
            (spec.six_points ? "; from the frame of the six datum points)" : ")");
@@ -139,7 +123,7 @@ std::string frame_words(const AlignmentSpec& spec) {
 std::string alignment_words(const Alignment& alignment) {
     if (alignment.state == Alignment::State::none) return "none: the machine's part frame is that of the nominal";
     if (alignment.state == Alignment::State::refused) return "refused: " + alignment.note;
-    const auto u = [&](Eigen::Index k) { return std::sqrt(std::max(0.0, alignment.covariance(k, k))); };
+    const auto u = [&](Eigen::Index k) { return alignment.standard(k); };
     if (alignment.spec.kind == AlignmentKind::six_points) {
         return "six datum points (RPS); in the plane of the section u x " + core::fixed(u(0), 5) + " mm, y " +
                core::fixed(u(1), 5) + " mm, rotation " + core::fixed(core::deg_from_rad(u(2)), 6) + " deg";

@@ -10,8 +10,10 @@
 #include <string_view>
 
 #include "acquisition/six_point_spec.hpp"
+#include "acquisition/zone_set.hpp"
 #include "core/config.hpp"
 #include "fitting/best_fit.hpp"
+#include "fitting/error_fields.hpp"
 #include "fitting/plane_motion.hpp"
 
 namespace cmm::acquisition {
@@ -30,7 +32,7 @@ struct AlignmentSpec {
     AlignmentKind kind = AlignmentKind::none;
     fitting::FitObjective objective = fitting::FitObjective::least_squares;
     bool translate_x = true, translate_y = true, rotate = true;  ///< false: held as measured
-    std::array<bool, 4> zones{true, true, true, true};           ///< that take part, by Zone
+    ZoneSet zones = all_zones;                                   ///< that take part
     std::optional<SixPointSpec> six_points;                      ///< also before a best fit: where the part stands
 };
 
@@ -48,16 +50,19 @@ struct Alignment {
     };
     State state = State::none;
     AlignmentSpec spec;
-    fitting::PlaneMotion motion;                           ///< from the nominal to where the part was measured
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< standard, of shift x, shift y (mm) and turn (rad)
-    double rms_mm = 0.0, largest_mm = 0.0;                 ///< of the deviations that are left, from the zones' middles
-    double condition = 1.0;                                ///< of the free numbers
-    int rounds = 0;                                        ///< of the iteration
-    std::size_t sections = 0;                              ///< that the fit holds
+    fitting::PlaneMotion motion;                                ///< from the nominal to where the part was measured
+    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();       ///< standard, of shift x, shift y (mm) and turn (rad)
+    fitting::MotionLoads loads = fitting::MotionLoads::Zero();  ///< beside it: by what all sections have in common
+    double rms_mm = 0.0, largest_mm = 0.0;  ///< of the deviations that are left, from the zones' middles
+    double condition = 1.0;                 ///< of the free numbers
+    int rounds = 0;                         ///< of the iteration
+    std::size_t sections = 0;               ///< that the fit holds
     std::string note;
 
     /// Whether deviations are of the aligned section.
     bool done() const { return state == State::provisional || state == State::final; }
+    /// Standard uncertainty of shift x, shift y (mm) and turn (rad), all together.
+    double standard(Eigen::Index number) const;
 };
 /// "none", "provisional", "final", "refused".
 std::string_view to_string(Alignment::State state) noexcept;

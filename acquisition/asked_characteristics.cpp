@@ -10,6 +10,7 @@
 #include "acquisition/evaluation.hpp"
 #include "acquisition/section_alignment.hpp"
 #include "core/text.hpp"
+#include "core/units.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -44,14 +45,15 @@ fitting::NumberUncertainty AskedCharacteristics::uncertainty(const Measure& meas
     return section_.uncertainty(datum_ != nullptr ? datum_->of_aligned(measure, section_.contour()) : measure);
 }
 
-const core::Result<fitting::BestFit>& AskedCharacteristics::best_fit() {
-    if (best_fit_) return *best_fit_;
-    if (nominal_ == nullptr) {
-        best_fit_.emplace(refuse("there is no nominal"));
-        return *best_fit_;
+const core::Result<fitting::BestFit>& AskedCharacteristics::best_fit(const ZoneSet& zones) {
+    if (const auto known = best_fits_.find(zones); known != best_fits_.end()) return known->second;
+    core::Result<fitting::BestFit> fit = refuse("there is no nominal");
+    if (nominal_ != nullptr) {
+        fitting::BestFitOptions options;
+        options.zones = zones;
+        fit = fitting::fit_to_nominal(section_.contour(), nominal_->curve(), options, reached(deviation_mm_));
     }
-    best_fit_.emplace(fitting::fit_to_nominal(section_.contour(), nominal_->curve(), {}, reached(deviation_mm_)));
-    return *best_fit_;
+    return best_fits_.emplace(zones, std::move(fit)).first->second;
 }
 
 core::Result<double> AskedCharacteristics::nominal_of(const CharacteristicSpec& spec) const {
@@ -61,9 +63,24 @@ core::Result<double> AskedCharacteristics::nominal_of(const CharacteristicSpec& 
     return value != nullptr ? *value : refuse("the nominal section was not asked for it");
 }
 
+Characteristic AskedCharacteristics::radius_in_window(const CharacteristicSpec& spec) {
+    const auto found = fitting::measure_edge_radius(section_, edge_of(spec), spec.radius);
+    if (!found) return not_evaluable("", std::string(to_string(spec.kind)), {}, found.error().message);
+    Characteristic c;
+    c.method = found->radius.method;
+    const auto u = uncertainty(found->radius);
+    c.value = found->radius.value;
+    take_uncertainty(u, section_.fit().contour_noise, c);
+    c.note = "arc of " + core::fixed(core::deg_from_rad(found->arc_rad), 0) + " deg" +
+             (spec.radius.reach_mm ? " within " + core::fixed(*spec.radius.reach_mm, 3) + " mm of the nose" : "") +
+             ", rms " + core::length_text(found->rms_mm);
+    if (const auto offset = offset_error_note(u.offset_error, Unit::mm); !offset.empty()) c.note += "; " + offset;
+    return c;
+}
+
 Characteristic AskedCharacteristics::curvature(const CharacteristicSpec& spec) {
     if (nominal_ == nullptr && !needs_best_fit(spec.kind)) return curvature_extreme(spec, section_, nullptr, rule_);
-    const auto& fit = best_fit();
+    const auto& fit = best_fit(spec.fit_zones);
     if (!fit) {
         auto c = not_evaluable("", std::string(to_string(spec.kind)), {}, fit.error().message);
         c.unit = unit_of(spec.kind);
@@ -73,21 +90,27 @@ Characteristic AskedCharacteristics::curvature(const CharacteristicSpec& spec) {
     return curvature_extreme(spec, section_, &nominal, rule_);
 }
 
-std::optional<SectionPlacement> AskedCharacteristics::placement() {
-    const auto& fit = best_fit();
+std::optional<SectionPlacement> AskedCharacteristics::placement(const ZoneSet& zones) {
+    const auto& fit = best_fit(zones);
     if (!fit) return std::nullopt;
     const fitting::MeasuredSection* const section = &section_;
     const auto datum = fitting::datums_of(*fit, {&section, 1});
-    return SectionPlacement{fit->motion.shift_mm, fit->motion.turn_rad, datum.front().covariance};
+    return SectionPlacement{fit->motion.shift_mm, fit->motion.turn_rad, datum.front().covariance,
+                            datum.front().places, datum.front().loads,  zones};
 }
 
 Characteristic AskedCharacteristics::by_best_fit(const CharacteristicSpec& spec) {
-    const auto& fit = best_fit();
-    if (fit && is_profile_form(spec.kind)) return form_(spec, *fit);
+    const auto& fit = best_fit(spec.fit_zones);
     Characteristic c;
+    if (fit && is_profile_form(spec.kind)) {
+        c = form_(spec, *fit);
+        c.method += fit_zone_words(spec);
+        return c;
+    }
     c.unit = unit_of(spec.kind);
-    c.method = is_profile_form(spec.kind) ? "line profile ISO 1101, 2 max|d|, after the best fit"
-                                          : "BESTFIT: least squares along the normals, weighted by arc length";
+    c.method = (is_profile_form(spec.kind) ? "line profile ISO 1101, 2 max|d|, after the best fit"
+                                           : "BESTFIT: least squares along the normals, weighted by arc length") +
+               fit_zone_words(spec);
     if (!fit) {
         c.decision = Decision::not_evaluable;
         c.note = fit.error().message;
@@ -97,10 +120,15 @@ Characteristic AskedCharacteristics::by_best_fit(const CharacteristicSpec& spec)
                              : spec.kind == Kind::displacement_x ? fit->dx
                                                                  : fit->dy;
     c.value = measure.value;
-    c.u95 = uncertainty(measure).u95;
+    take_uncertainty(uncertainty(measure), section_.fit().contour_noise, c);
     c.note = "of the section against its nominal, about x " + core::fixed(fit->motion.about_mm.x(), 3) + " mm, y " +
              core::fixed(fit->motion.about_mm.y(), 3) + " mm; " + core::length_text(fit->rms_mm) + " rms are left";
     return c;
+}
+
+std::string fit_zone_words(const CharacteristicSpec& spec) {
+    const std::string words = zone_words(spec.fit_zones);
+    return words.empty() ? words : "; best fit of " + words;
 }
 
 void set_limits(const CharacteristicSpec& spec, Characteristic& c) {
@@ -122,6 +150,7 @@ void AskedCharacteristics::require(const CharacteristicSpec& spec, Characteristi
             c.note = nominal.error().message;
             c.value.reset();
             c.u95.reset();
+            c.budget.reset();
             c.decision = Decision::not_evaluable;
         }
     }
@@ -131,7 +160,9 @@ void AskedCharacteristics::require(const CharacteristicSpec& spec, Characteristi
 
 Characteristic AskedCharacteristics::make(const CharacteristicSpec& spec, const SectionResult& known) {
     Characteristic c;
-    if (spec.kind == Kind::le_radius || spec.kind == Kind::te_radius) {
+    if (spec.has_radius_window()) {
+        c = radius_in_window(spec);
+    } else if (spec.kind == Kind::le_radius || spec.kind == Kind::te_radius) {
         if (const auto* radius = known.find(to_string(spec.kind)); radius != nullptr) c = *radius;
     } else if (is_curvature(spec.kind)) {
         c = curvature(spec);
@@ -143,7 +174,7 @@ Characteristic AskedCharacteristics::make(const CharacteristicSpec& spec, const 
             c.method = measured->method;
             const auto u = uncertainty(*measured);
             c.value = measured->value;
-            c.u95 = u.u95;
+            take_uncertainty(u, section_.fit().contour_noise, c);
             c.note = offset_error_note(u.offset_error, unit_of(spec.kind));
         } else {
             c.method = to_string(spec.kind);

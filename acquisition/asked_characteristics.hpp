@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -33,13 +34,14 @@ class AskedCharacteristics {
 
     /// `known`: what is judged in any case; a radius is taken from there.
     /// Where the section lies to its nominal; none where there is no best fit.
-    std::optional<SectionPlacement> placement();
+    std::optional<SectionPlacement> placement(const ZoneSet& zones);
     Characteristic make(const CharacteristicSpec& spec, const SectionResult& known);
 
   private:
-    const core::Result<fitting::BestFit>& best_fit();
+    const core::Result<fitting::BestFit>& best_fit(const ZoneSet& zones);
     core::Result<double> nominal_of(const CharacteristicSpec& spec) const;
     Characteristic curvature(const CharacteristicSpec& spec);
+    Characteristic radius_in_window(const CharacteristicSpec& spec);
     fitting::NumberUncertainty uncertainty(const fitting::Measure& measure) const;
     Characteristic by_best_fit(const CharacteristicSpec& spec);
     void require(const CharacteristicSpec& spec, Characteristic& c);
@@ -51,9 +53,11 @@ class AskedCharacteristics {
     FormProfile form_;
     DecisionRule rule_;
     const fitting::Datum* datum_;
-    std::optional<core::Result<fitting::BestFit>> best_fit_;
+    std::map<ZoneSet, core::Result<fitting::BestFit>> best_fits_;  // by the zones that take part
 };
 
+/// "; best fit of suction pressure", where not all zones take part.
+std::string fit_zone_words(const CharacteristicSpec& spec);
 /// The requirement of `spec` and, where the nominal is known (of a zone it is 0), its limits.
 void set_limits(const CharacteristicSpec& spec, Characteristic& c);
 

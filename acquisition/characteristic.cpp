@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/characteristic.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "core/text.hpp"
@@ -21,6 +23,18 @@ std::string offset_error_note(double error, Unit unit) {
     if (!(error > 0.0)) return {};
     const std::string size = unit == Unit::mm ? core::length_text(error) : worded(error, unit);
     return "U95 includes " + size + " of 2-D offset error";
+}
+
+void take_uncertainty(const fitting::NumberUncertainty& uncertainty, const fitting::ContourNoise& noise,
+                      Characteristic& c) {
+    c.u95 = uncertainty.u95;
+    if (noise.has_fields()) c.budget = uncertainty.budget;
+}
+
+fitting::ErrorBudget budget_at(const fitting::ContourPoint& place, double scatter_u95_mm, double coverage) {
+    const double added = place.bound_mm + place.offset_error_mm;
+    return {std::max(0.0, scatter_u95_mm - added) / coverage, place.machine.standard_mm,
+            added + std::abs(place.machine.known_mm)};
 }
 
 void decide(Characteristic& c, const DecisionRule& rule) {

@@ -13,6 +13,12 @@ Characteristic not_evaluable(const std::string& name, const std::string& method,
                              std::string why);
 Characteristic reported(const std::string& name, const std::string& method, double value, double u95, std::string note);
 
+/// U95 of a number, and where it comes from, where more than the noise of the points is known.
+void take_uncertainty(const fitting::NumberUncertainty& uncertainty, const fitting::ContourNoise& noise,
+                      Characteristic& characteristic);
+/// The uncertainty of a deviation at one place, likewise; `scatter_u95_mm` is that by the points.
+fitting::ErrorBudget budget_at(const fitting::ContourPoint& place, double scatter_u95_mm, double coverage);
+
 /// Holds value and limits against each other by the rule; the guard bands are those of the characteristic, or of its
 /// u95 where it has none yet. Without limits or without a value nothing changes.
 void decide(Characteristic& characteristic, const DecisionRule& rule);

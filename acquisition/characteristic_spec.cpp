@@ -50,7 +50,7 @@ constexpr std::array rows{Row{Kind::chord, "chord", "chord", Unit::mm},
                           Row{Kind::bow_x, "bow_x", "", Unit::mm},
                           Row{Kind::bow_y, "bow_y", "", Unit::mm},
                           Row{Kind::bow_true_position, "bow_true_position", "bowt", Unit::mm},
-                          Row{Kind::relative_twist, "relative_twist", "", Unit::rad},
+                          Row{Kind::relative_twist, "relative_twist", "reltwist", Unit::rad},
                           Row{Kind::generatrix, "generatrix", "", Unit::mm}};
 
 const Row& row_of(Kind kind) {
@@ -170,6 +170,14 @@ void read_window(const ConfigTable& table, CharacteristicSpec& spec) {
         if (zone == fitting::to_string(one)) spec.zone = one;
 }
 
+/// Of an edge's radius.
+void read_radius_window(const ConfigTable& table, CharacteristicSpec& spec) {
+    if (table.has("arc_deg")) spec.radius.arc_rad = core::rad_from_deg(table.required_number("arc_deg", {65.0, 300.0}));
+    if (table.has("reach_mm")) spec.radius.reach_mm = table.required_number("reach_mm", {1e-3, 1e3});
+    if (spec.radius.arc_rad && spec.radius.reach_mm)
+        table.complain("reach_mm", "and arc_deg exclude each other: either says where the window ends");
+}
+
 /// Of points_out.
 void read_zone(const ConfigTable& table, CharacteristicSpec& spec) {
     const std::string zone = table.word("zone", "all", {"all", "le", "suction", "te", "pressure"});
@@ -194,6 +202,7 @@ void read_places(const ConfigTable& table, CharacteristicSpec& spec) {
         spec.pitch_mm = table.required_number("pitch_mm", distance);
         spec.direction_rad = core::rad_from_deg(table.number("direction_deg", 90.0, {-360.0, 360.0}));
     }
+    if (spec.kind == Kind::le_radius || spec.kind == Kind::te_radius) read_radius_window(table, spec);
     if (spec.kind == Kind::points_out) read_zone(table, spec);
     if (is_curvature(spec.kind)) read_window(table, spec);
     if (is_profile_form(spec.kind)) {
@@ -201,6 +210,8 @@ void read_places(const ConfigTable& table, CharacteristicSpec& spec) {
         if (table.has("te_change_mm")) spec.te_change_mm = table.required_number("te_change_mm", distance);
     }
     if (is_of_part(spec.kind)) read_ends(table, spec);
+    // The generatrix takes the deviations as they are.
+    if (needs_best_fit(spec.kind) && spec.kind != Kind::generatrix) spec.fit_zones = read_zone_set(table, "fit_zones");
     if (belac) spec.direction_rad = core::rad_from_deg(table.required_number("direction_deg", {-360.0, 360.0}));
 }
 
@@ -212,6 +223,8 @@ std::string label_of(const CharacteristicSpec& spec, std::string_view method_wor
     const bool usual = method.empty() || method == "nosetail" || method == "max_inscribed" || method == "inscribed";
     if (!usual) label += "_" + method;
     if (spec.distance_mm > 0.0) label += "_" + short_number(spec.distance_mm);
+    if (spec.radius.arc_rad) label += "_arc_" + short_number(core::deg_from_rad(*spec.radius.arc_rad));
+    if (spec.radius.reach_mm) label += "_reach_" + short_number(*spec.radius.reach_mm);
     if (spec.zone) label += "_" + std::string(fitting::to_string(*spec.zone));
     if (spec.window_mm > 0.0) label += "_" + short_number(spec.window_mm);
     if (spec.kind == Kind::generatrix)

@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "acquisition/section_result.hpp"
+#include "acquisition/zone_set.hpp"
 #include "core/config.hpp"
 #include "fitting/chord_method.hpp"
+#include "fitting/edge_radius.hpp"
 #include "fitting/thickness_measures.hpp"
 
 namespace cmm::acquisition {
@@ -55,7 +57,8 @@ std::string_view to_string(CharacteristicKind kind) noexcept;
 /// By our name or a keyword of the field (CHORD, CHDANG, MAXTHK, LETHCK, TWIST, CCCONT, ...), in capitals or not.
 std::optional<CharacteristicKind> characteristic_kind_from(std::string_view name);
 Unit unit_of(CharacteristicKind kind) noexcept;
-/// Forms after the best fit to the nominal: displacement, twist, profile_form_*, curvature_deviation.
+/// Forms after the best fit to the nominal: displacement, twist, profile_form_*, curvature_deviation; what needs
+/// several sections.
 bool needs_best_fit(CharacteristicKind kind) noexcept;
 bool is_profile_form(CharacteristicKind kind) noexcept;
 /// Of the curvature over a window of arc length.
@@ -83,8 +86,10 @@ struct CharacteristicSpec {
     fitting::Zone side = fitting::Zone::suction;              ///< of a generatrix
     std::optional<fitting::Zone> zone;                        ///< of points_out, absent: all of them; of a curvature
     double window_mm = 0.0;                                   ///< of a curvature
+    fitting::RadiusWindow radius;                             ///< of an edge's radius; neither: as always reported
     /// Of profile_form_*: how far from its nose LE and TE reach; absent: as far as the contour's edges do.
     std::optional<double> le_change_mm, te_change_mm;
+    ZoneSet fit_zones = all_zones;       ///< that take part in the best fit which it follows
     std::optional<double> width_mm;      ///< of its tolerance zone; absent: that of the gate
     double share = 0.0;                  ///< of the side's length, from the LE
     std::optional<double> nominal;       ///< absent: that of the nominal section, by the same method
@@ -92,6 +97,7 @@ struct CharacteristicSpec {
     std::vector<std::size_t> sections;   ///< by index; empty: all
 
     bool has_tolerance() const { return below || above; }
+    bool has_radius_window() const { return radius.arc_rad || radius.reach_mm; }
     bool is_of(std::size_t section) const;
     bool operator==(const CharacteristicSpec&) const = default;
 };

@@ -52,7 +52,9 @@ CharacteristicRow row_of(const std::string& place, const Characteristic& c) {
             number(c.lower, c.unit),
             number(c.upper, c.unit),
             c.decision,
-            c.value ? c.method : c.note};
+            !c.value         ? c.note
+            : c.note.empty() ? c.method
+                             : c.method + "; " + c.note};
 }
 
 std::string html_of(const CharacteristicRow& row) {

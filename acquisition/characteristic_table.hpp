@@ -12,7 +12,7 @@ namespace cmm::acquisition {
 struct CharacteristicRow {
     std::string section, name, unit, value, u95, nominal, deviation, lower, upper;
     Decision decision = Decision::reported;
-    std::string method;  ///< or why it is not evaluable
+    std::string method;  ///< with what is to be said of the value; or why it is not evaluable
 };
 /// Every characteristic that the part file asked for: of the part, then section by section.
 std::vector<CharacteristicRow> asked_rows(const PartResult& part);

@@ -154,7 +154,7 @@ struct PlaceValue {
 /// How uncertain they are: at some of them by the covariance of the contour, evenly between.
 void add_noise(const fitting::MeasuredSection& section, const MeanCurvature& mean, std::vector<PlaceValue>& places) {
     const auto find = [&](PlaceValue& place) {
-        const auto u = section.uncertainty({"", 0.0, mean.slopes(place.s_mm), 0.0});
+        const auto u = section.uncertainty({"", 0.0, mean.slopes(place.s_mm), {}});
         place.bound = u.offset_error;
         place.sigma = std::max(0.0, u.u95 - u.offset_error) / section.fit().contour_noise.coverage();
     };
@@ -173,9 +173,9 @@ void add_noise(const fitting::MeasuredSection& section, const MeanCurvature& mea
 }
 
 UncertainLargest largest_of(const std::vector<PlaceValue>& places, double deviate) {
-    UncertainLargest out(deviate);
+    UncertainLargest out;
     for (const auto& place : places)
-        out.add(place.value, place.sigma, place.bound);
+        out.add(place.value, deviate * place.sigma, place.bound);
     return out;
 }
 
@@ -255,6 +255,8 @@ Characteristic curvature_extreme(const CharacteristicSpec& spec, const fitting::
     const double independent = 1.0 + values_of_a_window * windows;
     c.value = nominal_mean ? worst->value : worst->number;
     c.u95 = u95_of_largest(places, independent);
+    const auto& noise = section.fit().contour_noise;
+    if (noise.has_fields()) c.budget = section.uncertainty({"", 0.0, mean.slopes(worst->s_mm), {}}).budget;
     c.decision = Decision::reported;
     const double s = std::fmod(worst->s_mm + contour.perimeter(), contour.perimeter());
     const auto nearest = std::min_element(

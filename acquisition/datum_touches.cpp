@@ -23,8 +23,12 @@ std::string datum_name(std::size_t index) {
     return "datum point " + std::to_string(index + 1);
 }
 
+std::string opposite_name(std::size_t index) {
+    return "the opposite touch of " + datum_name(index);
+}
+
 /// The foot on the nominal and its normal in space.
-core::Result<fitting::DatumPoint> foot_on(const Nominal& nominal, const Vector3d& at, const std::string& name) {
+core::Result<fitting::DatumTouch> foot_on(const Nominal& nominal, const Vector3d& at, const std::string& name) {
     const std::string give = "; give it a direction of its own";
     const auto cut = nominal.cut(at.z());
     if (!cut)
@@ -51,8 +55,13 @@ core::Result<fitting::DatumPoint> foot_on(const Nominal& nominal, const Vector3d
     }
     const auto at_foot = curve->evaluate(foot.s_mm);
     const Vector2d in_plane = std::cos(lean) * at_foot.normal;
-    return fitting::DatumPoint{{at_foot.position.x(), at_foot.position.y(), at.z()},
+    return fitting::DatumTouch{{at_foot.position.x(), at_foot.position.y(), at.z()},
                                {in_plane.x(), in_plane.y(), std::sin(lean)}};
+}
+
+core::Result<fitting::DatumTouch> touch_at(const Nominal& nominal, const DatumPlace& place, const std::string& name) {
+    if (place.normal) return fitting::DatumTouch{place.at_mm, *place.normal};
+    return foot_on(nominal, place.at_mm, name);
 }
 
 }  // namespace
@@ -60,14 +69,13 @@ core::Result<fitting::DatumPoint> foot_on(const Nominal& nominal, const Vector3d
 core::Result<fitting::SixPoints> on_nominal(const SixPointSpec& spec, const Nominal& nominal) {
     fitting::SixPoints points;
     for (std::size_t i = 0; i < points.size(); ++i) {
-        const auto& place = spec.places[i];
-        if (place.normal) {
-            points[i] = {place.at_mm, *place.normal};
-            continue;
-        }
-        auto foot = foot_on(nominal, place.at_mm, datum_name(i));
-        if (!foot) return tl::unexpected(std::move(foot.error()));
-        points[i] = *foot;
+        const auto touch = touch_at(nominal, spec.places[i], datum_name(i));
+        if (!touch) return tl::unexpected(touch.error());
+        points[i] = {touch->place_mm, touch->normal};
+        if (!spec.places[i].opposite) continue;
+        const auto opposite = touch_at(nominal, *spec.places[i].opposite, opposite_name(i));
+        if (!opposite) return tl::unexpected(opposite.error());
+        points[i].opposite = *opposite;
     }
     if (auto held = fitting::require_hold(points, spec.largest_condition); !held) {
         held.error().message = "alignment: " + held.error().message;
@@ -79,16 +87,41 @@ core::Result<fitting::SixPoints> on_nominal(const SixPointSpec& spec, const Nomi
 std::vector<drivers::PathPoint> datum_touches(const fitting::SixPoints& points, double ball_radius_mm,
                                               double speed_mm_s) {
     std::vector<drivers::PathPoint> touches;
-    for (const auto& point : points)
-        touches.push_back({point.place_mm + ball_radius_mm * point.normal, point.normal, speed_mm_s, true});
+    for (const auto& touch : fitting::touches_of(points))
+        touches.push_back({touch.place_mm + ball_radius_mm * touch.normal, touch.normal, speed_mm_s, true});
     return touches;
 }
 
-fitting::SixPoints points_touched(std::span<const drivers::PathPoint> touches, double ball_radius_mm) {
-    fitting::SixPoints points;
+DatumMiddles middles_of(const fitting::SixPoints& points) {
+    DatumMiddles middles{};
     for (std::size_t i = 0; i < points.size(); ++i)
-        points[i] = {touches[i].centre_mm - ball_radius_mm * touches[i].normal, touches[i].normal};
+        middles[i] = points[i].opposite.has_value();
+    return middles;
+}
+
+fitting::SixPoints points_touched(std::span<const drivers::PathPoint> touches, const DatumMiddles& middles,
+                                  double ball_radius_mm) {
+    std::size_t next = 0;
+    const auto take = [&]() -> fitting::DatumTouch {
+        const auto& touch = touches[next++];
+        return {touch.centre_mm - ball_radius_mm * touch.normal, touch.normal};
+    };
+    fitting::SixPoints points;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const auto touch = take();
+        points[i] = {touch.place_mm, touch.normal};
+        if (middles[i]) points[i].opposite = take();
+    }
     return points;
+}
+
+std::string datum_touch_name(const DatumMiddles& middles, std::size_t touch) {
+    for (std::size_t i = 0; i < middles.size(); ++i) {
+        if (touch == 0) return datum_name(i);
+        if (middles[i] && touch == 1) return opposite_name(i);
+        touch -= middles[i] ? 2 : 1;
+    }
+    return {};
 }
 
 }  // namespace cmm::acquisition

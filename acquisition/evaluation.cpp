@@ -24,18 +24,19 @@ using fitting::Zone;
 /// at the same places.
 class FormProfiles {
   public:
-    /// `contour`: of which the best fit is.
-    FormProfiles(const SectionResult& section, const std::vector<ContourPoint>& contour,
+    /// `measured`: of which the best fit is.
+    FormProfiles(const SectionResult& section, const fitting::MeasuredSection& measured,
                  const ReferenceContour* nominal, const fitting::NominalSection* curve,
                  const EvaluationOptions& options)
-        : section_(section), contour_(contour), nominal_(nominal), curve_(curve) {
+        : section_(section), measured_(measured), nominal_(nominal), curve_(curve) {
         unlimited_.filters = options.filters;
         unlimited_.rule = options.rule;
     }
 
     Characteristic of(const CharacteristicSpec& spec, const fitting::BestFit& fit) {
         const Changes changes{spec.le_change_mm, spec.te_change_mm};
-        if (moved_.empty() || changes != changes_) compare(fit, changes);
+        if (moved_.empty() || changes != changes_ || spec.fit_zones != fit_zones_) compare(fit, changes);
+        fit_zones_ = spec.fit_zones;
         constexpr std::array zones{Zone::le, Zone::suction, Zone::te, Zone::pressure};
         const auto first = static_cast<std::size_t>(CharacteristicKind::profile_form_le);
         const Zone zone = zones[static_cast<std::size_t>(spec.kind) - first];
@@ -78,7 +79,11 @@ class FormProfiles {
 
     void compare(const fitting::BestFit& fit, const Changes& changes) {
         changes_ = changes;
-        moved_ = contour_;
+        moved_ = measured_.fit().contour;
+        if (const auto& noise = measured_.fit().contour_noise; noise.has_fields()) {
+            const fitting::MeasuredSection* const only = &measured_;
+            fitting::set_place_errors(moved_, noise, &fitting::datums_of(fit, {&only, 1}).front());
+        }
         for (auto& point : moved_) {
             point.position_mm = fit.motion.undo(point.position_mm);
             point.normal = fit.motion.undo_on_direction(point.normal);
@@ -89,10 +94,11 @@ class FormProfiles {
     }
 
     const SectionResult& section_;
-    const std::vector<ContourPoint>& contour_;
+    const fitting::MeasuredSection& measured_;
     const ReferenceContour* nominal_;
     const fitting::NominalSection* curve_;
     Changes changes_;
+    ZoneSet fit_zones_ = all_zones;
     EvaluationOptions unlimited_;
     Alignment unaligned_;
     std::vector<ContourPoint> moved_;
@@ -110,7 +116,7 @@ void replace_or_add(Characteristic c, SectionResult& section) {
 
 void add_asked(SectionResult& section, fitting::MeasuredSection& measured, const ReferenceContour* nominal,
                const fitting::NominalSection* curve, const EvaluationOptions& options, const fitting::Datum* datum) {
-    FormProfiles forms(section, measured.fit().contour, nominal, curve, options);
+    FormProfiles forms(section, measured, nominal, curve, options);
     const auto form = [&](const CharacteristicSpec& spec, const fitting::BestFit& fit) { return forms.of(spec, fit); };
     const fitting::NominalSection* const of_nominal = nominal != nullptr ? curve : nullptr;
     std::optional<NominalMeasures> own;
@@ -124,9 +130,10 @@ void add_asked(SectionResult& section, fitting::MeasuredSection& measured, const
         } else if (!is_of_part(spec.kind)) {
             if (spec.is_of(section.index)) replace_or_add(asked.make(spec, section), section);
         } else if (spec.kind != CharacteristicKind::generatrix) {
-            if (!section.placement) section.placement = asked.placement();
+            if (section.placement(spec.fit_zones) != nullptr) continue;
+            if (auto placed = asked.placement(spec.fit_zones)) section.placements.push_back(*placed);
         } else if (nominal != nullptr && section.alignment.state != Alignment::State::refused) {
-            if (auto point = span_point(*section.fit, *curve, section.alignment.motion, spec))
+            if (auto point = span_point(*section.fit, *curve, section.alignment, spec))
                 section.span_points.push_back(std::move(*point));
         }
     }
@@ -170,17 +177,35 @@ void take_fit(SectionResult& section, core::Result<fitting::SectionFit> fit) {
     if (!section.closed()) section.why = "the section is not closed";
 }
 
+/// How the surface rises where the contour does not know it: as the nominal does.
+void know_rise(const ReferenceContour& nominal, std::vector<ContourPoint>& contour) {
+    auto compared = contour;
+    (void)nominal.compare(compared);
+    for (std::size_t i = 0; i < contour.size(); ++i)
+        contour[i].rise = compared[i].rise;
+}
+
+/// What machine, probe and temperature do to each place, after the alignment (nullptr: as measured).
+void add_place_errors(fitting::SectionFit& fit, const fitting::Datum* datum) {
+    if (fit.contour_noise.has_fields()) fitting::set_place_errors(fit.contour, fit.contour_noise, datum);
+}
+
 /// Finds the alignment where it is the section's own matter, and takes the deviations after it.
 void compare_with(const ReferenceContour& nominal, const fitting::NominalSection* curve,
                   const EvaluationOptions& options, const SectionAlignment* shared, SectionResult& section) {
     auto& contour = section.fit->contour;
+    if (section.fit->contour_noise.has_fields()) know_rise(nominal, contour);
+    add_place_errors(*section.fit, nullptr);
     if (options.alignment.kind == AlignmentKind::none) {
-        section.deviation_mm = nominal.compare(contour);
+        section.deviation_mm = nominal.compare(contour, options.lean);
         return;
     }
+    // Sizes do not mind how the section lies; what the 2-D offset makes too thick is told by the wall next to it.
+    const auto take_offset_errors = [&] { static_cast<void>(nominal.compare(contour, options.lean)); };
     if (shared != nullptr) {
         section.alignment = shared->alignment;
-        if (!section.alignment.done()) return;
+        if (!section.alignment.done()) return take_offset_errors();
+        add_place_errors(*section.fit, &shared->datum);
     } else {
         const auto own = align_section(*section.fit, nominal, curve->curve(), options.alignment,
                                        {options.profile_mm, options.edge_profile_mm});
@@ -188,18 +213,26 @@ void compare_with(const ReferenceContour& nominal, const fitting::NominalSection
             section.alignment.state = Alignment::State::refused;
             section.alignment.spec = options.alignment;
             section.alignment.note = own.error().message;
-            return;
+            return take_offset_errors();
         }
         section.alignment = own->alignment;
+        add_place_errors(*section.fit, &own->datum);
         if (options.alignment.kind == AlignmentKind::blade) {
             section.alignment.state = Alignment::State::provisional;
             section.alignment.note = "by this section alone";
         }
     }
     const auto& motion = section.alignment.motion;
-    section.deviation_mm = compare_aligned(contour, nominal, motion);
+    section.deviation_mm = compare_aligned(contour, nominal, motion, options.lean);
     for (auto& point : section.nominal_contour)
         point = motion.apply(point);
+}
+
+/// Numbers answer to a wrong height as the walls lean; deviations have it from the alignment.
+void take_plane(const ReferenceContour& nominal, const EvaluationOptions& options, fitting::SectionFit& fit) {
+    if (!options.plane) return;
+    const auto leans = nominal.leans_along(fit.contour);
+    fit.contour_noise.take(fitting::PlaneError(fit.contour, leans, *options.plane));
 }
 
 void add_profiles(SectionResult& section, const ReferenceContour& nominal, const EvaluationOptions& options) {
@@ -229,7 +262,9 @@ std::vector<Characteristic> out_for_certain(const SectionResult& section, const 
     const auto aligned = align_section(*section.fit, nominal, curve.curve(), best, widths);
     if (!aligned) return {};
     auto contour = section.fit->contour;
-    const auto deviation = compare_aligned(contour, nominal, aligned->alignment.motion);
+    const auto& noise = section.fit->contour_noise;
+    if (noise.has_fields()) fitting::set_place_errors(contour, noise, &aligned->datum);
+    const auto deviation = compare_aligned(contour, nominal, aligned->alignment.motion, options.lean);
     const auto filtered = fitting::filter_zones(contour, deviation, {});
     std::vector<Characteristic> out;
     for (const auto& zone : profile_zones) {
@@ -275,7 +310,7 @@ SectionResult evaluate_section(SectionResult section, core::Result<fitting::Sect
     section.deviation_mm.clear();
     section.tolerances.clear();
     section.alignment = {};
-    section.placement.reset();
+    section.placements.clear();
     section.span_points.clear();
     take_fit(section, std::move(fit));
     if (nominal != nullptr) section.nominal_contour = nominal->points();
@@ -285,7 +320,10 @@ SectionResult evaluate_section(SectionResult section, core::Result<fitting::Sect
     }
     if (nominal != nullptr) {
         compare_with(*nominal, curve, options, shared, section);
+        take_plane(*nominal, options, *section.fit);
         add_profiles(section, *nominal, options);
+    } else {
+        add_place_errors(*section.fit, nullptr);
     }
     // Positions are those in the frame of the blade, where it has one; the contour of the result stays as measured.
     std::optional<fitting::SectionFit> in_datum;

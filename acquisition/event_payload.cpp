@@ -157,8 +157,12 @@ std::string again_payload(const SectionResult& section, std::size_t pass, const 
         .text();
 }
 
-std::string decision_payload(std::size_t section, Decision decision) {
-    return JsonFields().add("section", section).add("decision", acquisition::to_string(decision)).text();
+std::string decision_payload(std::size_t section, Decision decision, bool certain) {
+    return JsonFields()
+        .add("section", section)
+        .add("decision", acquisition::to_string(decision))
+        .add("certain", certain)
+        .text();
 }
 
 std::string frame_payload(const PartFrame& frame) {
@@ -168,6 +172,9 @@ std::string frame_payload(const PartFrame& frame) {
             text += (text.empty() ? "[" : ", ") + core::fixed(value, digits);
         return text + "]";
     };
+    std::string excesses;
+    for (const auto& excess : frame.excess_mm)
+        excesses += (excesses.empty() ? "[" : ", ") + (excess ? core::fixed(*excess, number_digits) : "null");
     return JsonFields()
         .add("kind", acquisition::to_string(AlignmentKind::six_points))
         .add("rounds", frame.rounds)
@@ -177,6 +184,7 @@ std::string frame_payload(const PartFrame& frame) {
         .raw("turn_rad", list(frame.turn_rad(), number_digits))
         .raw("standard", list(frame.standard(), number_digits))
         .raw("residual_mm", list(frame.residual_mm, number_digits))
+        .raw("excess_mm", excesses + "]")
         .add("moved_mm", frame.moved_mm, number_digits)
         .text();
 }

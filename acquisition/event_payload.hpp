@@ -24,7 +24,8 @@ std::string characteristic_payload(const PartCharacteristic& characteristic);
 std::string exceedance_payload(std::size_t section, const Exceedance& exceedance, double latency_ms);
 /// Before the pass is driven: why, and what was known then.
 std::string again_payload(const SectionResult& section, std::size_t pass, const AgainPass& planned);
-std::string decision_payload(std::size_t section, Decision decision);
+/// `certain`: rejected whatever is still measured.
+std::string decision_payload(std::size_t section, Decision decision, bool certain);
 std::string frame_payload(const PartFrame& frame);
 std::string link_payload(const drivers::LinkStats& stats);
 

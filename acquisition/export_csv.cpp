@@ -52,7 +52,7 @@ constexpr const char* alignment_columns =
 std::string alignment_cells(const Alignment& alignment) {
     std::string out = "," + std::string(to_string(alignment.state));
     if (!alignment.done()) return out + std::string(9, ',');
-    const auto standard = [&](Eigen::Index k) { return std::sqrt(std::max(0.0, alignment.covariance(k, k))); };
+    const auto standard = [&](Eigen::Index k) { return alignment.standard(k); };
     const auto& motion = alignment.motion;
     for (const double value :
          {motion.shift_mm.x(), standard(0), motion.shift_mm.y(), standard(1), core::deg_from_rad(motion.turn_rad),

@@ -4,8 +4,10 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "acquisition/budget_table.hpp"
 #include "acquisition/exports.hpp"
 #include "acquisition/file_number.hpp"
+#include "acquisition/traceability.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -19,22 +21,32 @@ Json number(const std::optional<double>& value) {
     return value ? number(*value) : Json(nullptr);
 }
 
+Json budget(const fitting::ErrorBudget& budget) {
+    Json out = Json::object();
+    const auto parts = parts_of(budget);
+    for (std::size_t k = 0; k < parts.size(); ++k)
+        out[budget_words.at(k).key] = number(parts.at(k));
+    return out;
+}
+
 Json characteristic(const Characteristic& c) {
-    return {{"name", c.name},
-            {"value_mm", number(in_mm(c, c.value))},
-            {"u95_mm", number(in_mm(c, c.u95))},
-            {"limit_mm", number(in_mm(c, c.upper))},
-            {"unit", to_string(c.unit)},
-            {"value", number(c.value)},
-            {"u95", number(c.u95)},
-            {"nominal", number(c.nominal)},
-            {"lower", number(c.lower)},
-            {"upper", number(c.upper)},
-            {"guard_accept", number(c.guard_accept)},
-            {"guard_reject", number(c.guard_reject)},
-            {"decision", to_string(c.decision)},
-            {"method", c.method},
-            {"note", c.note}};
+    Json out{{"name", c.name},
+             {"value_mm", number(in_mm(c, c.value))},
+             {"u95_mm", number(in_mm(c, c.u95))},
+             {"limit_mm", number(in_mm(c, c.upper))},
+             {"unit", to_string(c.unit)},
+             {"value", number(c.value)},
+             {"u95", number(c.u95)},
+             {"nominal", number(c.nominal)},
+             {"lower", number(c.lower)},
+             {"upper", number(c.upper)},
+             {"guard_accept", number(c.guard_accept)},
+             {"guard_reject", number(c.guard_reject)},
+             {"decision", to_string(c.decision)},
+             {"method", c.method},
+             {"note", c.note}};
+    if (c.budget) out["budget"] = budget(*c.budget);
+    return out;
 }
 
 Json place_of(const RecordedPoint& point) {
@@ -86,7 +98,7 @@ Json measured_again(const SectionResult& section) {
 Json alignment(const Alignment& alignment) {
     Json out{{"state", to_string(alignment.state)}};
     if (alignment.state == Alignment::State::none) return out;
-    const auto standard = [&](Eigen::Index k) { return number(std::sqrt(std::max(0.0, alignment.covariance(k, k)))); };
+    const auto standard = [&](Eigen::Index k) { return number(alignment.standard(k)); };
     out["kind"] = to_string(alignment.spec.kind);
     if (alignment.spec.kind != AlignmentKind::six_points)
         out["objective"] = fitting::to_string(alignment.spec.objective);
@@ -120,11 +132,15 @@ Json list_of(const Values& values) {
 }
 
 Json part_frame(const fitting::SixPointFrame& frame) {
+    Json excesses = Json::array();
+    for (const auto& excess : frame.excess_mm)
+        excesses.push_back(number(excess));
     Json rows = Json::array(), covariance = Json::array();
     for (Eigen::Index i = 0; i < 3; ++i)
         rows.push_back(list_of(Eigen::Vector4d(frame.machine_from_part.matrix().row(i).transpose())));
     for (Eigen::Index i = 0; i < 6; ++i)
-        covariance.push_back(list_of(Eigen::Matrix<double, 6, 1>(frame.covariance.row(i).transpose())));
+        covariance.push_back(
+            list_of(Eigen::Matrix<double, 6, 1>((frame.covariance + frame.shared).row(i).transpose())));
     return {{"kind", to_string(AlignmentKind::six_points)},
             {"machine_from_part", std::move(rows)},
             {"about_mm", list_of(frame.about_mm)},
@@ -133,10 +149,34 @@ Json part_frame(const fitting::SixPointFrame& frame) {
             {"covariance", std::move(covariance)},
             {"touch_standard_mm", number(frame.touch_standard_mm)},
             {"residual_mm", list_of(frame.residual_mm)},
+            {"excess_mm", std::move(excesses)},
             {"moved_mm", number(frame.moved_mm)},
             {"condition", number(frame.condition)},
             {"condition_length_mm", number(frame.length_mm)},
             {"rounds", frame.rounds}};
+}
+
+/// The figures that were used, and what they make as standard uncertainties.
+Json uncertainty(const UncertaintySpec& spec) {
+    Json figures = Json::object();
+    const auto known = spec.figures();
+    for (const auto& [name, figure] : drivers::machine_figures)
+        figures[name] = number(known.*figure);
+    const auto errors = spec.errors();
+    return {{"figures", std::move(figures)},
+            {"part_temperature_c", number(spec.part_temperature_c)},
+            {"temperature_standard_k", number(spec.temperature_standard_k)},
+            {"expansion_per_k", number(spec.expansion_per_k)},
+            {"expansion_standard_per_k", number(spec.expansion_standard_per_k)},
+            {"expansion_correction", to_string(spec.correction)},
+            {"fixed_at_mm", list_of(spec.fixed_at_mm)},
+            {"standard",
+             {{"ball_mm", number(errors.ball_mm)},
+              {"form_mm", number(errors.form_mm)},
+              {"constant_mm", number(errors.constant_mm)},
+              {"per_mm", number(errors.per_mm)},
+              {"expansion", number(errors.expansion)}}},
+            {"known_expansion", number(errors.known_expansion)}};
 }
 
 Json section_of(const SectionResult& section) {
@@ -167,6 +207,19 @@ Json section_of(const SectionResult& section) {
     return out;
 }
 
+Json traceability_of(const PartResult& part) {
+    const auto known = [](const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); };
+    Json sources = Json::array();
+    for (const auto& source : part.sources)
+        sources.push_back({{"what", source.what}, {"file", source.name}, {"sha256", known(source.sha256)}});
+    const auto decisions = operator_decisions(part);
+    return {{"sources", std::move(sources)},
+            {"plan_hash", known(part.plan_hash)},
+            {"points_csv_sha256", known(points_sha256(part))},
+            {"left_out_by_operator", decisions.left_out},
+            {"kept_by_operator", decisions.kept}};
+}
+
 }  // namespace
 
 std::string result_json(const PartResult& part) {
@@ -191,8 +244,10 @@ std::string result_json(const PartResult& part) {
                {"software_version", part.software_version},
                {"ball_radius_mm", number(part.ball_radius_mm)},
                {"complete", part.complete}}},
+             {"traceability", traceability_of(part)},
              {"characteristics", std::move(of_part)},
              {"sections", std::move(sections)}};
+    if (part.uncertainty.errors().any()) out["uncertainty"] = uncertainty(part.uncertainty);
     if (part.part_frame) out["part_frame"] = part_frame(*part.part_frame);
     // Names come from files of the user: bytes that are not UTF-8 are replaced, not thrown at him.
     return out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

@@ -4,11 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/budget_table.hpp"
 #include "acquisition/characteristic_table.hpp"
 #include "acquisition/exports.hpp"
 #include "acquisition/report_text.hpp"
 #include "acquisition/section_figures.hpp"
 #include "acquisition/svg.hpp"
+#include "acquisition/traceability.hpp"
 #include "core/text.hpp"
 #include "pdf/pages.hpp"
 
@@ -106,6 +108,26 @@ void add_characteristics(pdf::Pages& pages, const PartResult& part) {
     pages.table(columns, rows);
 }
 
+void add_budgets(pdf::Pages& pages, const PartResult& part) {
+    const auto budgets = budget_rows(part);
+    if (budgets.empty()) return;
+    std::vector<Column> columns{{"Characteristic", 2.6, false}, {"Sec.", 0.8, true}, {"", 0.9, false}};
+    for (const auto& word : budget_words)
+        columns.push_back({word.title, 1.5, true});
+    columns.push_back({"U95", 1.2, true});
+    std::vector<std::vector<Cell>> rows;
+    for (const auto& row : budgets) {
+        std::vector<Cell> cells{{row.name}, {row.section}, {row.unit}};
+        for (const auto& part_text : row.parts)
+            cells.push_back({part_text});
+        cells.push_back({row.u95});
+        rows.push_back(std::move(cells));
+    }
+    pages.heading("Where the uncertainties come from");
+    pages.paragraph(budget_note(), Ink::soft);
+    pages.table(columns, rows);
+}
+
 void add(std::vector<pdf::Picture>& pictures, std::string caption, const std::string& figure) {
     if (!figure.empty()) pictures.push_back({std::move(caption), svg::on_paper(figure)});
 }
@@ -125,6 +147,15 @@ void add_section(pdf::Pages& pages, const SectionResult& section, double ball_ra
         edge_figure(section, fitting::Zone::te, ball_radius_mm));
     add(edges, "Deviation against arc length with U95", deviation_figure(section));
     pages.pictures(edges, 3);
+}
+
+void add_pairs(pdf::Pages& pages, const std::string& heading,
+               const std::vector<std::pair<std::string, std::string>>& pairs) {
+    std::vector<std::vector<Cell>> rows;
+    for (const auto& [what, text] : pairs)
+        rows.push_back({{what}, {text}});
+    pages.heading(heading);
+    pages.table(std::vector<Column>{{"", 1.0, false}, {"", 5.0, false}}, rows);
 }
 
 }  // namespace
@@ -147,6 +178,7 @@ core::Result<std::string> report_pdf(const PartResult& part) {
         pages->paragraph(reason);
     add_results(*pages, part);
     add_characteristics(*pages, part);
+    add_budgets(*pages, part);
     std::vector<pdf::Picture> map, trends;
     add(map, "Each section is a strip, cut open at the trailing edge; red: too much material", map_figure(part));
     if (!map.empty()) {
@@ -161,11 +193,8 @@ core::Result<std::string> report_pdf(const PartResult& part) {
     }
     for (const auto& section : part.sections)
         add_section(*pages, section, part.ball_radius_mm);
-    pages->heading("Methods");
-    std::vector<std::vector<Cell>> rows;
-    for (const auto& [what, text] : report_methods(part))
-        rows.push_back({{what}, {text}});
-    pages->table(std::vector<Column>{{"", 1.0, false}, {"", 5.0, false}}, rows);
+    add_pairs(*pages, "Methods", report_methods(part));
+    add_pairs(*pages, "Traceability", traceability(part));
     return pages->finish();
 }
 

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -21,6 +22,7 @@ namespace {
 using svg::escape;
 
 constexpr int decimals = 6;  // a nanometre, a microradian
+constexpr int curvature_decimals = 9;
 constexpr const char* section_normal = "0 0 1";
 constexpr double coverage_factor = 2;  // of U95, as the report states it
 
@@ -49,8 +51,10 @@ std::string persistent_id(std::string_view text) {
     return out;
 }
 
-/// What QIF calls the characteristic: the beginning of the names of its four elements. None: QIF has no number without
-/// a unit, or with one of its own, that has limits.
+constexpr std::string_view own_unit = "UserDefinedUnit";
+
+/// What QIF calls the characteristic: the beginning of the names of its four elements. None: a number in a unit that
+/// QIF does not have is one with a nominal and limits.
 std::optional<std::string_view> kind_of(const Characteristic& one) {
     switch (one.unit) {
         case Unit::mm:
@@ -63,9 +67,19 @@ std::optional<std::string_view> kind_of(const Characteristic& one) {
         case Unit::per_mm:
         case Unit::share:
         case Unit::count:
-            return std::nullopt;
+            return one.nominal && one.has_limits() ? std::optional(own_unit) : std::nullopt;
     }
     return std::nullopt;
+}
+
+/// Of units that QIF does not have: what is measured, and their name.
+std::pair<const char*, const char*> own_unit_of(Unit unit) {
+    if (unit == Unit::per_mm) return {"curvature", "1/mm"};
+    return unit == Unit::count ? std::pair{"number of points", "points"} : std::pair{"share of a length", "1"};
+}
+
+std::string number(double value, const Characteristic& one) {
+    return core::fixed(value, one.unit == Unit::per_mm ? curvature_decimals : decimals);
 }
 
 /// A unit by its name and how many of SI's it is.
@@ -111,7 +125,8 @@ class QifDocument {
             list("StandardsDefinitions", {iso_1101(standard), iso_14253(rule)}) +
             element("FileUnits", element("PrimaryUnits", unit("AreaUnit", "square meter", "mm2", "0.000001") +
                                                              unit("AngularUnit", "radian", "rad", "1") +
-                                                             unit("LinearUnit", "meter", "mm", "0.001"))) +
+                                                             unit("LinearUnit", "meter", "mm", "0.001")) +
+                                     own_units()) +
             "\n";
         if (!measurements_.empty())
             body += "<Characteristics>\n" + element("FormalStandardId", std::to_string(standard)) + "\n" +
@@ -159,10 +174,28 @@ class QifDocument {
         return "</" + std::string(kind) + "Characteristic" + std::string(aspect) + ">";
     }
 
-    static std::string limits(const Characteristic& one) {
+    std::string own_units() const {
+        std::vector<std::string> units;
+        for (const Unit unit : own_units_) {
+            const auto [measured, name] = own_unit_of(unit);
+            units.push_back(
+                element("UserDefinedUnit", element("WhatIsMeasured", measured) + element("UnitName", name)));
+        }
+        return units.empty() ? std::string() : list("UserDefinedUnits", units);
+    }
+
+    /// With its unit where that is none of QIF's; `more`: attributes.
+    static std::string value(std::string_view name, std::string_view kind, const Characteristic& one, double value,
+                             const std::string& more = "") {
+        const std::string unit =
+            kind == own_unit ? " unitName=\"" + std::string(own_unit_of(one.unit).second) + "\"" : "";
+        return "<" + std::string(name) + more + unit + ">" + number(value, one) + "</" + std::string(name) + ">";
+    }
+
+    static std::string limits(std::string_view kind, const Characteristic& one) {
         std::string text;
-        if (one.upper) text += element("MaxValue", core::fixed(*one.upper, decimals));
-        if (one.lower) text += element("MinValue", core::fixed(*one.lower, decimals));
+        if (one.upper) text += value("MaxValue", kind, one, *one.upper);
+        if (one.lower) text += value("MinValue", kind, one, *one.lower);
         return text + element("DefinedAsLimit", "true");
     }
 
@@ -171,8 +204,8 @@ class QifDocument {
         std::string text = element("Description", escape(one.method)) + element("Name", escape(one.name));
         if (kind == "LineProfile") {
             text += element("ToleranceValue", core::fixed(*one.upper, decimals));
-        } else {
-            text += one.has_limits() ? element("Tolerance", limits(one)) : element("NonTolerance", "MEASURED");
+        } else if (kind != own_unit) {
+            text += one.has_limits() ? element("Tolerance", limits(kind, one)) : element("NonTolerance", "MEASURED");
             if (kind.starts_with("User")) text += element("WhatToMeasure", escape(one.name));
         }
         text += close(kind, "Definition");
@@ -187,12 +220,14 @@ class QifDocument {
         const auto has_kind = kind_of(one);
         if (!has_kind) return;
         const auto kind = *has_kind;
+        if (kind == own_unit) own_units_.insert(one.unit);
         const int definition = definition_of(kind, one), nominal = next_id(), item = next_id(), measured = next_id();
         const std::string name = element("Name", escape(listed_name));
         nominals_.push_back(open(kind, "Nominal", nominal) +
                             element("CharacteristicDefinitionId", std::to_string(definition)) + name +
-                            (one.nominal ? element("TargetValue", core::fixed(*one.nominal, decimals)) : "") +
-                            (kind == "LineProfile" ? element("Vector", section_normal) : "") + close(kind, "Nominal"));
+                            (one.nominal ? value("TargetValue", kind, one, *one.nominal) : "") +
+                            (kind == "LineProfile" ? element("Vector", section_normal) : "") +
+                            (kind == own_unit ? limits(kind, one) : "") + close(kind, "Nominal"));
         items_.push_back(open(kind, "Item", item) + name + element("CharacteristicNominalId", std::to_string(nominal)) +
                          close(kind, "Item"));
         std::string text = open(kind, "Measurement", measured);
@@ -202,8 +237,8 @@ class QifDocument {
                 element("ActualComponentId", std::to_string(component));
         if (one.value) {
             const std::string uncertainty =
-                one.u95 ? " combinedUncertainty=\"" + core::fixed(*one.u95 / coverage_factor, decimals) + "\"" : "";
-            text += "<Value" + uncertainty + ">" + core::fixed(*one.value, decimals) + "</Value>";
+                one.u95 ? " combinedUncertainty=\"" + number(*one.u95 / coverage_factor, one) + "\"" : "";
+            text += value("Value", kind, one, *one.value, uncertainty);
         }
         measurements_.push_back(text + close(kind, "Measurement"));
     }
@@ -211,6 +246,7 @@ class QifDocument {
     const PartResult& part_;
     int last_id_ = 0;
     std::map<std::string, int> known_;
+    std::set<Unit> own_units_;
     std::vector<std::string> definitions_, nominals_, items_, measurements_;
 };
 

@@ -92,7 +92,11 @@ class Design {
             if (found == nullptr || !found->value) continue;
             all.push_back(places_[k]);
             all.back().value = *found->value;
-            if (found->u95) declared.push_back(*found->u95 / coverage);
+            // What the machine shares between runs shows in none of their differences.
+            if (found->budget)
+                declared.push_back(found->budget->noise + found->budget->bound / coverage);
+            else if (found->u95)
+                declared.push_back(*found->u95 / coverage);
         }
         out.missing = runs_.size() - all.size();
         balance(study, std::move(all), out);

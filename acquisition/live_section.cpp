@@ -103,7 +103,7 @@ void LiveSection::add(std::span<const core::Sample> samples) {
 
 void LiveSection::judge(const Eigen::Vector2d& centre_mm) {
     if (!setup_->nominal) return;
-    const auto foot = setup_->nominal->section.curve().closest(centre_mm, foot_hint_mm_);
+    const auto foot = setup_->nominal->section.curve().closest(setup_->at_20_c(centre_mm), foot_hint_mm_);
     foot_hint_mm_ = foot.s_mm;
     recent_[judged_++ % recent_.size()] = foot.distance_mm - setup_->ball_radius_mm;
     if (judged_ < recent_.size()) return;

@@ -10,7 +10,9 @@
 
 #include "acquisition/ball_path.hpp"
 #include "acquisition/point_tolerance.hpp"
+#include "acquisition/worst_place.hpp"
 #include "fitting/closest_point.hpp"
+#include "fitting/statistics.hpp"
 #include "fitting/thickness_measures.hpp"
 
 namespace cmm::acquisition {
@@ -59,14 +61,38 @@ class AgainPlanner {
   private:
     Vector2d centre(std::size_t i) const { return lap_[i % lap_.size()].centre_mm.head<2>(); }
 
+    /// What no number of points makes smaller: bounds, and what machine, probe and temperature share of U95.
+    struct NoNoise {
+        double bound = 0.0, shared = 0.0;
+
+        /// What is left for the noise of a guard, or of the room for one.
+        double leave_of(double whole) const {
+            const double left = whole - bound;
+            if (shared == 0.0) return left;
+            return left > shared ? std::sqrt(left * left - shared * shared) : 0.0;
+        }
+    };
+
+    /// Of one number; of the largest of many by their own bound and deviate.
+    NoNoise no_noise_of(const Characteristic& c) const {
+        if (!c.budget) return {};
+        const auto& rule = setup_.gate.rule;
+        return {rule.guards(c.budget->bound).accept, rule.deviate() * c.budget->shared()};
+    }
+
+    NoNoise no_noise_of_many(const Characteristic& c, double bound) const {
+        const double deviate = fitting::upper_deviate_of_largest(setup_.gate.rule.risk_of_look(), least_shared_values);
+        return {bound, c.budget ? deviate * c.budget->shared() : 0.0};
+    }
+
     /// Into how many parts the gaps have to be split for this characteristic; nothing: that would not help.
-    std::optional<std::size_t> split_for(const Characteristic& c, double bound) const {
+    std::optional<std::size_t> split_for(const Characteristic& c, const NoNoise& no_noise) const {
         const double over = c.upper ? *c.value - *c.upper : -1e300, under = c.lower ? *c.lower - *c.value : -1e300;
         const double excess = std::max(over, under);  // of the nearer limit, negative inside
         const double guard = excess > 0.0 ? c.guard_reject.value_or(0.0) : c.guard_accept.value_or(0.0);
-        const double room = std::abs(excess) - bound;
-        if (room <= 0.0 || guard <= bound) return std::nullopt;
-        const double wanted = spare * std::pow((guard - bound) / room, 2);
+        const double room = no_noise.leave_of(std::abs(excess)), noise = no_noise.leave_of(guard);
+        if (room <= 0.0 || noise <= 0.0) return std::nullopt;
+        const double wanted = spare * std::pow(noise / room, 2);
         if (wanted * density() > bound_.most_density) return std::nullopt;
         return std::clamp<std::size_t>(static_cast<std::size_t>(std::ceil(wanted)), 2, most_split);
     }
@@ -92,14 +118,14 @@ class AgainPlanner {
         for (const auto& [name, zone] : zones)
             if (c.name == name) return ask_profile(c, zone);
         if (c.name == point_tolerance_name) {
-            const auto finer = split_for(c, 0.0);
+            const auto finer = split_for(c, no_noise_of_many(c, 0.0));
             if (finer) std::fill(split_.begin(), split_.end(), *finer);
             return finer.has_value();
         }
         const auto* spec = spec_of(c);
         const auto kind = spec != nullptr ? std::optional(spec->kind) : characteristic_kind_from(c.name);
         if (!kind || *kind == Kind::points_out) return false;  // more points make none of them more certain
-        const auto split = split_for(c, 0.0);
+        const auto split = split_for(c, no_noise_of(c));
         if (!split) return false;
         switch (*kind) {
             case Kind::le_radius:
@@ -147,8 +173,9 @@ class AgainPlanner {
         double bound = 0.0;
         for (std::size_t i = 0; i < contour.size(); ++i)
             if (contour[i].zone == zone)
-                bound = std::max(bound, 2.0 * (contour[i].offset_error_mm + contour[i].bound_mm));
-        const auto split = split_for(c, bound);
+                bound = std::max(bound, 2.0 * (contour[i].offset_error_mm + contour[i].bound_mm +
+                                               std::abs(contour[i].machine.known_mm)));
+        const auto split = split_for(c, no_noise_of_many(c, bound));
         if (!split) return false;
         for (std::size_t i = 0; i < contour.size(); ++i) {
             const auto& d = judged_.deviation_mm[i];

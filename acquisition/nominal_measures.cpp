@@ -7,6 +7,7 @@
 #include "acquisition/curvature_extreme.hpp"
 #include "fitting/area_measures.hpp"
 #include "fitting/chord.hpp"
+#include "fitting/edge_radius.hpp"
 #include "fitting/throat.hpp"
 
 namespace cmm::acquisition {
@@ -64,6 +65,10 @@ fitting::SectionFit section_of_nominal(const fitting::NominalSection& nominal) {
     return fit;
 }
 
+fitting::EdgeName edge_of(const CharacteristicSpec& spec) {
+    return spec.kind == Kind::le_radius ? fitting::EdgeName::le : fitting::EdgeName::te;
+}
+
 core::Result<Measure> measure_of(const CharacteristicSpec& spec, fitting::MeasuredSection& section) {
     switch (spec.kind) {
         case Kind::chord:
@@ -114,6 +119,11 @@ NominalMeasures::NominalMeasures(const fitting::NominalSection& nominal, std::si
 }
 
 core::Result<double> NominalMeasures::value_of(const CharacteristicSpec& spec, const fitting::NominalSection& nominal) {
+    if (spec.has_radius_window()) {
+        const auto found = fitting::measure_edge_radius(measured_, edge_of(spec), spec.radius);
+        if (!found) return not_measured("of the nominal section: " + found.error().message);
+        return found->radius.value;
+    }
     if (spec.kind == Kind::le_radius) return nominal.le_radius_mm();
     if (spec.kind == Kind::te_radius) return nominal.te_radius_mm();
     if (is_curvature(spec.kind)) return curvature_of_nominal(spec, nominal, contour());

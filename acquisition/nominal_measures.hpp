@@ -17,6 +17,9 @@ namespace cmm::acquisition {
 /// A nominal as a section that was measured without error, with 1 200 points.
 fitting::SectionFit section_of_nominal(const fitting::NominalSection& nominal);
 
+/// Of a radius.
+fitting::EdgeName edge_of(const CharacteristicSpec& spec);
+
 /// What a section says of a number that needs nothing but its contour. Errors: fit_not_evaluable.
 core::Result<fitting::Measure> measure_of(const CharacteristicSpec& spec, fitting::MeasuredSection& section);
 

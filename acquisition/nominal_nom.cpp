@@ -6,6 +6,7 @@
 #include "acquisition/contour_sampling.hpp"
 #include "acquisition/nom_file.hpp"
 #include "acquisition/nominal_kinds.hpp"
+#include "acquisition/profile_starts.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -62,13 +63,37 @@ std::optional<Vector2d> part_way(const std::optional<Vector2d>& a, const std::op
     return Vector2d((1.0 - w) * *a + w * *b);
 }
 
+/// Of a section, from the place on where the contours of the loft begin: shares of its length, tolerances.
+struct Column {
+    std::vector<double> shares;
+    std::vector<PointTolerance> tolerances;
+};
+
+std::vector<Column> columns_of(const std::vector<NomSection>& sections) {
+    std::vector<std::vector<Vector2d>> outlines;
+    std::transform(sections.begin(), sections.end(), std::back_inserter(outlines), outline_of);
+    const auto starts = profile_starts(outlines);
+    const auto begun = [](auto& row, std::size_t start) {
+        if (!row.empty()) std::rotate(row.begin(), row.begin() + static_cast<std::ptrdiff_t>(start), row.end());
+    };
+    std::vector<Column> columns;
+    for (std::size_t k = 0; k < sections.size(); ++k) {
+        begun(outlines[k], starts.first[k]);
+        columns.push_back({shares_of(outlines[k]), sections[k].tolerances});
+        begun(columns.back().tolerances, starts.first[k]);
+    }
+    return columns;
+}
+
 class NomNominal final : public Nominal {
   public:
     /// Sections in ascending order, put in order; `lofted` of the same.
     NomNominal(std::vector<NomSection> sections, std::shared_ptr<const Nominal> lofted)
         : sections_(std::move(sections)), lofted_(std::move(lofted)) {
-        for (const auto& section : sections_)
-            shares_.push_back(shares_of(outline_of(section)));
+        const std::size_t n = sections_.front().points_mm.size();
+        same_number_ = std::all_of(sections_.begin(), sections_.end(),
+                                   [n](const NomSection& section) { return section.points_mm.size() == n; });
+        if (same_number_) columns_ = columns_of(sections_);
     }
 
     core::Result<NominalContour> cut(double z_mm) const override {
@@ -109,20 +134,11 @@ class NomNominal final : public Nominal {
 
     /// Linear in height between the points of one number, and in length along the contour.
     core::Status take_tolerances_between(std::size_t above, double w, NominalContour& contour) const {
-        const NomSection &lower = sections_[above - 1], &upper = sections_[above];
-        if (lower.tolerances.empty() || upper.tolerances.empty()) return {};
-        const std::size_t n = lower.tolerances.size();
-        // Only where all have one number of points does the loft join them point by point.
-        for (const auto& section : sections_)
-            if (section.points_mm.size() != n)
-                return core::fail(core::ErrorCode::plan_invalid,
-                                  "tolerances by point hold between sections " + lower.name + " and " + upper.name +
-                                      " only where all sections have one number of points (" + std::to_string(n) +
-                                      ", section " + section.name + " " + std::to_string(section.points_mm.size()) +
-                                      "): measure at the heights of the sections");
-        const auto knot = [&](std::size_t i) {
-            return i < n ? part_way(shares_[above - 1][i], shares_[above][i], w) : 1.0;
-        };
+        if (sections_[above - 1].tolerances.empty() || sections_[above].tolerances.empty()) return {};
+        if (!same_number_) return several_numbers(above);
+        const Column &lower = columns_[above - 1], &upper = columns_[above];
+        const std::size_t n = lower.shares.size();
+        const auto knot = [&](std::size_t i) { return i < n ? part_way(lower.shares[i], upper.shares[i], w) : 1.0; };
         const auto tolerance = [&](std::size_t i) {
             return part_way(lower.tolerances[i % n], upper.tolerances[i % n], w);
         };
@@ -137,9 +153,23 @@ class NomNominal final : public Nominal {
         return {};
     }
 
+    /// Only where all have one number of points does the loft join them point by point.
+    core::Status several_numbers(std::size_t above) const {
+        const NomSection& lower = sections_[above - 1];
+        const std::size_t n = lower.points_mm.size();
+        const auto other = std::find_if(sections_.begin(), sections_.end(),
+                                        [n](const NomSection& section) { return section.points_mm.size() != n; });
+        return core::fail(core::ErrorCode::plan_invalid,
+                          "tolerances by point hold between sections " + lower.name + " and " + sections_[above].name +
+                              " only where all sections have one number of points (" + std::to_string(n) +
+                              ", section " + other->name + " " + std::to_string(other->points_mm.size()) +
+                              "): measure at the heights of the sections");
+    }
+
     std::vector<NomSection> sections_;
-    std::vector<std::vector<double>> shares_;
+    std::vector<Column> columns_;  // where all sections have one number of points
     std::shared_ptr<const Nominal> lofted_;
+    bool same_number_ = false;
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "acquisition/loft.hpp"
 #include "acquisition/nominal_kinds.hpp"
+#include "acquisition/profile_starts.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -116,14 +117,17 @@ Profile resampled(const CubicSpline& spline, double start, std::size_t count) {
     return points;
 }
 
-/// Profiles of different point counts get a common one, by arc length from the sharpest point. Two edges of nearly
-/// equal sharpness must not change places from profile to profile: after the first, the same end is meant.
-std::vector<Profile> with_common_count(std::vector<Profile> profiles) {
-    const std::size_t n = profiles.front().size();
-    if (std::all_of(profiles.begin(), profiles.end(), [n](const Profile& p) { return p.size() == n; })) return profiles;
+std::size_t common_count(const std::vector<Profile>& profiles) {
     std::size_t count = 1000;
     for (const auto& profile : profiles)
         count = std::max(count, 4 * profile.size());
+    return count;
+}
+
+/// Profiles of different point counts get a common one, by arc length from the sharpest point. Two edges of nearly
+/// equal sharpness must not change places from profile to profile: after the first, the same end is meant.
+std::vector<Profile> from_the_sharpest(std::vector<Profile> profiles) {
+    const std::size_t count = common_count(profiles);
     std::optional<Eigen::Vector3d> end;
     for (auto& profile : profiles) {
         const auto spline = spline_through(profile);
@@ -131,6 +135,43 @@ std::vector<Profile> with_common_count(std::vector<Profile> profiles) {
         const double start = sharpest(spline, centre, end);
         end = spline.value(start) - centre;
         profile = resampled(spline, start, count);
+    }
+    return profiles;
+}
+
+/// By arc length from the place opposite the first profile's first point; `first` is the point next to it.
+std::vector<Profile> from_opposite_places(std::vector<Profile> profiles, const std::vector<std::size_t>& first) {
+    constexpr std::size_t compared = 400;
+    const std::size_t count = common_count(profiles);
+    std::vector<Eigen::Vector2d> below;
+    for (std::size_t k = 0; k < profiles.size(); ++k) {
+        const auto spline = spline_through(profiles[k]);
+        double start = spline.knots()[first[k]];
+        auto even = seen_along_z(resampled(spline, start, compared));
+        // The second time what is left is found about the place itself.
+        for (int round = 0; round < 2 && k > 0; ++round) {
+            start += share_opposite(below, even) * spline.knots().back();
+            even = seen_along_z(resampled(spline, start, compared));
+        }
+        below = std::move(even);
+        profiles[k] = resampled(spline, start, count);
+    }
+    return profiles;
+}
+
+/// Of one number of points, point k of each at the same place: as they are, begun elsewhere, or by arc length.
+std::vector<Profile> joined(std::vector<Profile> profiles) {
+    const std::size_t n = profiles.front().size();
+    if (std::any_of(profiles.begin(), profiles.end(), [n](const Profile& p) { return p.size() != n; }))
+        return from_the_sharpest(std::move(profiles));
+    std::vector<std::vector<Eigen::Vector2d>> planes;
+    std::transform(profiles.begin(), profiles.end(), std::back_inserter(planes), seen_along_z);
+    const auto starts = profile_starts(planes);
+    if (starts.all_at_first()) return profiles;
+    if (!starts.points_agree) return from_opposite_places(std::move(profiles), starts.first);
+    for (std::size_t k = 0; k < profiles.size(); ++k) {
+        auto& profile = profiles[k];
+        std::rotate(profile.begin(), profile.begin() + static_cast<std::ptrdiff_t>(starts.first[k]), profile.end());
     }
     return profiles;
 }
@@ -154,7 +195,7 @@ class SectionsNominal final : public Nominal {
         for (const auto& profile : profiles) {
             if (is_planar(profile)) planar_.push_back({centre_of(profile).z(), seen_along_z(profile), 0.0, {}});
         }
-        if (profiles.size() > 1) loft_.emplace(with_common_count(profiles));
+        if (profiles.size() > 1) loft_.emplace(joined(profiles));
         const bool ends_are_planar = is_planar(profiles.front()) && is_planar(profiles.back());
         // The loft of planar ends ends exactly in their planes; rounding must not cut them off.
         z_low_ = ends_are_planar ? planar_.front().z_mm : loft_->z_low_mm();

@@ -305,26 +305,32 @@ core::Result<PartFile> load_part_file(const std::string& path) {
 core::Result<PartFile> parse_part_file(std::string_view text, const std::string& path) {
     const auto root = ConfigTable::parse(text, path);
     if (!root) return tl::unexpected(root.error());
+    auto part = read_part_file(*root);
+    if (part) part->text = std::string(text);
+    return part;
+}
+
+core::Result<PartFile> read_part_file(const ConfigTable& root) {
     PartFile part;
-    part.path = path;
-    part.text = std::string(text);
-    const auto table = root->table("part");
+    part.path = root.file();
+    const auto table = root.table("part");
     part.name = table.required_text("name");
     if (table.has("name") && core::trim(part.name).empty()) table.complain("name", "must not be empty");
     table.word("kind", "blade", {"blade"});
     part.serial = table.text("serial", "");
-    part.nominal = read_nominal(root->table("nominal"));
-    part.stylus = read_stylus(root->table("stylus"));
-    part.scan = read_scan(root->table("scan"), part.nominal.kind);
-    part.fitting = read_fitting(root->table("fitting"), part.nominal.kind);
-    part.gate = read_gate(root->table("gate"));
+    part.nominal = read_nominal(root.table("nominal"));
+    part.stylus = read_stylus(root.table("stylus"));
+    part.scan = read_scan(root.table("scan"), part.nominal.kind);
+    part.fitting = read_fitting(root.table("fitting"), part.nominal.kind);
+    part.gate = read_gate(root.table("gate"));
     if (part.scan.until_decided) part.gate.rule.looks = 1 + part.scan.until_decided->passes;
-    part.gate.characteristics = read_characteristics(root->tables("characteristic"));
-    part.alignment = read_alignment(root->table("alignment"), part.nominal.kind != NominalKind::none,
+    part.gate.characteristics = read_characteristics(root.tables("characteristic"));
+    part.alignment = read_alignment(root.table("alignment"), part.nominal.kind != NominalKind::none,
                                     part.gate.profile_mm.has_value(), part.gate.edge_profile_mm.has_value());
-    part.tolerance = read_tolerance_table(root->table("tolerance"));
-    root->ignore("actual");
-    if (auto status = root->finish(); !status) return tl::unexpected(std::move(status.error()));
+    part.tolerance = read_tolerance_table(root.table("tolerance"));
+    part.uncertainty = read_uncertainty(root.table("uncertainty"));
+    root.ignore("actual");
+    if (auto status = root.finish(); !status) return tl::unexpected(std::move(status.error()));
     if (auto status = take_blade_files(part); !status) return tl::unexpected(std::move(status.error()));
     return part;
 }
@@ -332,7 +338,8 @@ core::Result<PartFile> parse_part_file(std::string_view text, const std::string&
 core::Result<GateSpec> load_gate_file(const std::string& path) {
     const auto root = ConfigTable::load(path);
     if (!root) return tl::unexpected(root.error());
-    for (const char* other : {"part", "nominal", "stylus", "scan", "fitting", "alignment", "tolerance", "actual"})
+    for (const char* other :
+         {"part", "nominal", "stylus", "scan", "fitting", "alignment", "tolerance", "uncertainty", "actual"})
         root->ignore(other);
     if (!root->has("gate") && !root->has("characteristic"))
         root->complain("gate", "is missing: a table with profile_mm, edge_profile_mm");

@@ -10,7 +10,9 @@
 #include "acquisition/alignment.hpp"
 #include "acquisition/characteristic_spec.hpp"
 #include "acquisition/decision_rule.hpp"
+#include "acquisition/uncertainty_spec.hpp"
 #include "acquisition/until_decided.hpp"
+#include "core/config.hpp"
 #include "core/error.hpp"
 #include "fitting/compensation_method.hpp"
 #include "fitting/edge_kind.hpp"
@@ -89,12 +91,15 @@ struct PartFile {
     AlignmentSpec alignment;
     GateSpec gate;
     ToleranceSpec tolerance;
+    UncertaintySpec uncertainty;
 };
 
 /// Errors: input_missing, config_syntax, config_invalid (file:line:column, did you mean); of the nominal file and the
 /// tolerance file of PC-DMIS Blade, which are read here: input_missing, input_invalid.
 core::Result<PartFile> load_part_file(const std::string& path);
 core::Result<PartFile> parse_part_file(std::string_view text, const std::string& path);
+/// The same of a text that is parsed already: its tables, key by key. Errors: config_invalid, and of the files above.
+core::Result<PartFile> read_part_file(const core::ConfigTable& root);
 
 /// The [gate] table and the [[characteristic]] list alone, of a part file or of a file of its own (`cmmlive gate`).
 /// Errors as above.

@@ -42,6 +42,29 @@ void for_each_frame_number(Frame& frame, const Visit& visit) {
     visit("rounds", frame.rounds);
 }
 
+/// Only middles have one.
+std::string excess_name(std::size_t index) {
+    return "excess_" + std::to_string(index + 1) + "_mm";
+}
+
+template <class Touch, class Visit>
+void for_each_touch_number(Touch& touch, const std::string& name, const Visit& visit) {
+    constexpr std::array<const char*, 3> axes{"x", "y", "z"};
+    for (Eigen::Index k = 0; k < 3; ++k) {
+        const std::string axis = axes.at(static_cast<std::size_t>(k));
+        visit(name + "_" + axis + "_mm", touch.place_mm[k]);
+        visit(name + "_normal_" + axis, touch.normal[k]);
+    }
+}
+
+/// Of the points that were touched.
+std::string point_name(std::size_t index) {
+    return "point_" + std::to_string(index + 1);
+}
+std::string opposite_touch_name(std::size_t index) {
+    return "opposite_" + std::to_string(index + 1);
+}
+
 /// Shift x and y and the turn about z at a height, from the six numbers of the frame; about the same x and y.
 Eigen::Matrix3d covariance_at(const PartFrame& frame, double z_mm) {
     const double rise = z_mm - frame.about_mm.z();
@@ -59,12 +82,27 @@ double height_variance(const PartFrame& frame, const Eigen::Vector2d& at_mm) {
     return answer.dot(frame.covariance * answer);
 }
 
+/// Shift z and the turns about x and y.
+fitting::PlaneUncertainty plane_uncertainty(const PartFrame& frame) {
+    Eigen::Matrix<double, 3, 6> answer = Eigen::Matrix<double, 3, 6>::Zero();
+    answer(0, 2) = answer(1, 3) = answer(2, 4) = 1.0;
+    return {frame.about_mm.head<2>(), answer * frame.covariance * answer.transpose()};
+}
+
 }  // namespace
 
 std::map<std::string, double> frame_numbers(const PartFrame& frame) {
     std::map<std::string, double> numbers;
     for_each_frame_number(
         frame, [&](const std::string& name, const auto& value) { numbers.emplace(name, static_cast<double>(value)); });
+    for (std::size_t i = 0; i < frame.excess_mm.size(); ++i)
+        if (frame.excess_mm[i]) numbers.emplace(excess_name(i), *frame.excess_mm[i]);
+    const auto write = [&](const std::string& name, double value) { numbers.emplace(name, value); };
+    for (std::size_t i = 0; frame.points && i < frame.points->size(); ++i) {
+        const auto& point = (*frame.points)[i];
+        for_each_touch_number(point, point_name(i), write);
+        if (point.opposite) for_each_touch_number(*point.opposite, opposite_touch_name(i), write);
+    }
     return numbers;
 }
 
@@ -72,20 +110,40 @@ core::Result<std::optional<PartFrame>> frame_from_numbers(const std::map<std::st
     if (numbers.empty()) return std::optional<PartFrame>();
     PartFrame frame;
     std::string missing;
-    for_each_frame_number(frame, [&](const std::string& name, auto& value) {
+    const auto read = [&](const std::string& name, auto& value) {
         const auto found = numbers.find(name);
         if (found == numbers.end() || !std::isfinite(found->second) || std::abs(found->second) > 1e9) {
             if (missing.empty()) missing = name;
         } else {
             value = static_cast<std::remove_reference_t<decltype(value)>>(found->second);
         }
-    });
+    };
+    for_each_frame_number(frame, read);
+    for (std::size_t i = 0; i < frame.excess_mm.size(); ++i)
+        if (const auto found = numbers.find(excess_name(i)); found != numbers.end()) frame.excess_mm[i] = found->second;
+    // Runs of older versions have none.
+    if (numbers.contains(point_name(0) + "_x_mm")) frame.points.emplace();
+    for (std::size_t i = 0; frame.points && i < frame.points->size(); ++i) {
+        auto& point = (*frame.points)[i];
+        for_each_touch_number(point, point_name(i), read);
+        if (numbers.contains(opposite_touch_name(i) + "_x_mm"))
+            for_each_touch_number(point.opposite.emplace(), opposite_touch_name(i), read);
+    }
     if (!missing.empty())
         return core::fail(core::ErrorCode::journal_corrupt, "the frame of the part has no number for " + missing);
     const Eigen::Matrix3d turn = frame.machine_from_part.linear();
     if ((turn * turn.transpose() - Eigen::Matrix3d::Identity()).norm() > rigid_to || turn.determinant() < 0.0)
         return core::fail(core::ErrorCode::journal_corrupt, "the frame of the part is no rigid motion");
     return std::optional<PartFrame>(frame);
+}
+
+PartFrame with_errors(PartFrame frame, const fitting::SystematicErrors& errors) {
+    if (!errors.any() || !frame.points) return frame;
+    fitting::ErrorFields fields(errors, 0.0);
+    fields.lie_in_frame_of(*frame.points);
+    frame.covariance += fitting::ErrorFields::covariance_of_touches(errors, *frame.points);
+    frame.shared = fields.covariance_of_frame();
+    return frame;
 }
 
 core::PartFromMachine part_from_machine(const std::optional<PartFrame>& frame) {
@@ -95,22 +153,23 @@ core::PartFromMachine part_from_machine(const std::optional<PartFrame>& frame) {
 
 void take_frame(SectionSetup& setup, const PartFrame& frame) {
     if (setup.alignment.kind == AlignmentKind::none) setup.alignment.kind = AlignmentKind::six_points;
+    if (setup.fields.any() && frame.points) setup.fields.lie_in_frame_of(*frame.points);
     SectionAlignment known;
     known.datum.motion.about_mm = frame.about_mm.head<2>();
-    known.datum.covariance = covariance_at(frame, setup.z_mm);
+    known.datum.covariance = known.datum.from_others = covariance_at(frame, setup.z_mm);
+    setup.plane = plane_uncertainty(frame);
+    known.alignment.state = Alignment::State::final;
+    known.alignment.spec = setup.alignment;
+    known.alignment.motion = known.datum.motion;
+    known.alignment.covariance = known.datum.covariance;
     if (setup.nominal) {
         double height = 0.0;
         for (const auto& point : setup.nominal->reference.points())
             height = std::max(height, height_variance(frame, point));
         const double slope = std::tan(std::min(setup.nominal->lean_rad, steepest_rad));
-        known.datum.covariance(0, 0) += height * slope * slope;
-        known.datum.covariance(1, 1) += height * slope * slope;
+        known.alignment.covariance(0, 0) += height * slope * slope;
+        known.alignment.covariance(1, 1) += height * slope * slope;
     }
-    known.datum.from_others = known.datum.covariance;
-    known.alignment.state = Alignment::State::final;
-    known.alignment.spec = setup.alignment;
-    known.alignment.motion = known.datum.motion;
-    known.alignment.covariance = known.datum.covariance;
     known.alignment.condition = frame.condition;
     known.alignment.rounds = frame.rounds;
     setup.frame = std::move(known);
@@ -138,7 +197,10 @@ std::string part_frame_words(const PartFrame& frame) {
     out += ", at x " + core::fixed(frame.about_mm.x(), 3) + ", y " + core::fixed(frame.about_mm.y(), 3) + ", z " +
            core::fixed(frame.about_mm.z(), 3) + "; residuals";
     for (std::size_t i = 0; i < frame.residual_mm.size(); ++i)
-        out += (i == 0 ? " " : ", ") + core::length_text(frame.residual_mm[i]);
+        out += (i == 0 ? " " : ", ") + core::length_text(frame.residual_mm[i]) +
+               (frame.excess_mm[i] ? " (middle of two touches, " + core::signed_fixed(*frame.excess_mm[i], 4) +
+                                         " mm farther apart than the nominal)"
+                                   : std::string());
     return out + "; condition " + core::fixed(frame.condition, 1) + " (lengths in units of " +
            core::fixed(frame.length_mm, 1) + " mm), " + std::to_string(frame.rounds) + " rounds; u of a touch " +
            core::length_text(frame.touch_standard_mm);

@@ -21,12 +21,15 @@ std::map<std::string, double> frame_numbers(const PartFrame& frame);
 /// they are no rigid motion).
 core::Result<std::optional<PartFrame>> frame_from_numbers(const std::map<std::string, double>& numbers);
 
+/// The same frame, with what machine, probe and temperature do to its touches.
+PartFrame with_errors(PartFrame frame, const fitting::SystematicErrors& errors);
+
 core::PartFromMachine part_from_machine(const std::optional<PartFrame>& frame);
 
 /// Lets a section know where the part stands and how well that is known; one that is aligned by nothing else is in the
 /// frame of the six points from now on. Of the frame's uncertainty a section feels shift and turn in its plane, at its
-/// height; that of the height moves a wall by the tangent of its lean, which is put on top of both shifts by the
-/// steepest wall of the section.
+/// height; that of the height moves a wall by the tangent of its lean: numbers have it by each of their places
+/// (fitting/plane_error.hpp), deviations by the steepest wall of the section, on top of both shifts.
 void take_frame(SectionSetup& setup, const PartFrame& frame);
 
 /// The alignment of a section that six points should have aligned, when nobody touched them.

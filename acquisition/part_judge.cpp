@@ -154,6 +154,16 @@ std::vector<const SectionResult*> PartJudge::grow() {
     return {&below->result};
 }
 
+bool PartJudge::rejects_for_certain(std::size_t index) const {
+    const auto found = std::find_if(sections_.begin(), sections_.end(),
+                                    [&](const auto& section) { return section->result.index == index; });
+    if (found == sections_.end() || (*found)->result.decision() != Decision::reject) return false;
+    const Judged& judged = **found;
+    if (judged.result.compensation.state != Compensation::State::provisional) return true;
+    if (!judged.setup->nominal) return false;
+    return judge_fit(judged.result, *judged.flat, *judged.setup, nullptr, Lean::doubted).decision() == Decision::reject;
+}
+
 bool PartJudge::has(std::size_t index) const {
     return std::any_of(sections_.begin(), sections_.end(),
                        [&](const auto& section) { return section->result.index == index; });

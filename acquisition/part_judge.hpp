@@ -45,6 +45,11 @@ class PartJudge {
     const SectionResult* complete_next();
     bool completing() const { return (completion_ && !completion_->left.empty()) || !to_align_.empty(); }
 
+    /// Whether a section is rejected whatever its neighbours will say. While it is compensated in its plane only, it is
+    /// where it would be with walls that lean by `lean_doubt_rad` more than the nominal's; without a nominal nothing is
+    /// known of the lean.
+    bool rejects_for_certain(std::size_t index) const;
+
     /// Whether this section has been judged; a second time it takes the place of the first.
     bool has(std::size_t index) const;
     /// As they are now, by index.

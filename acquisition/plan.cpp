@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "acquisition/datum_touches.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -126,6 +125,7 @@ core::Result<Plan> make_plan(const PartFile& part, const Nominal* nominal, const
     if (part.alignment.six_points && nominal != nullptr) {
         const auto points = on_nominal(*part.alignment.six_points, *nominal);
         if (!points) return tl::unexpected(points.error());
+        plan.datum_middles = middles_of(*points);
         plan.datum_touches = datum_touches(*points, part.stylus.radius_mm, plan.approach_speed_mm_s);
         plan.datum_approach_mm = part.alignment.six_points->approach_mm;
         plan.datum_search_mm = part.alignment.six_points->search_mm;

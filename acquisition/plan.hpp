@@ -9,6 +9,7 @@
 
 #include "acquisition/ball_path.hpp"
 #include "acquisition/clearance.hpp"
+#include "acquisition/datum_touches.hpp"
 #include "acquisition/nominal.hpp"
 #include "acquisition/part_file.hpp"
 #include "drivers/machine.hpp"
@@ -37,10 +38,11 @@ struct Plan {
     Clearance clearance;
     /// Before the first section: the ball's places on the six datum points, none without such an alignment.
     std::vector<drivers::PathPoint> datum_touches;
+    DatumMiddles datum_middles{};
     double datum_approach_mm = 0.0, datum_search_mm = 0.0;  ///< above and below them
     std::vector<PlannedPath> paths;                         ///< one a section, ascending
     double length_mm = 0.0;                                 ///< scanned
-    double duration_s = 0.0;                                ///< scans and travel, estimate
+    double duration_s = 0.0;                                ///< scans and travel, estimate (plan_times has all of it)
     std::string hash;                                       ///< of everything above
 };
 

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "acquisition/datum_touches.hpp"
+#include "acquisition/plan_times.hpp"
 #include "acquisition/section_setup.hpp"
 #include "acquisition/touch_way.hpp"
 #include "core/text.hpp"
@@ -47,13 +48,18 @@ class PlanCheck {
     /// The six datum points, where the part is expected: within the travel, with a free way there and room above.
     void datums(const drivers::Capabilities* machine) {
         if (!plan_.datum_touches.empty()) {
-            const auto hold = fitting::hold_of(points_touched(plan_.datum_touches, part_.stylus.radius_mm));
-            add(Severity::note, "six datum points, touched before the first section; condition number " +
+            const auto hold =
+                fitting::hold_of(points_touched(plan_.datum_touches, plan_.datum_middles, part_.stylus.radius_mm));
+            const auto middles = std::count(plan_.datum_middles.begin(), plan_.datum_middles.end(), true);
+            add(Severity::note, "six datum points" +
+                                    (middles > 0 ? " (" + std::to_string(middles) + " of them middles of two touches)"
+                                                 : std::string()) +
+                                    ", touched before the first section; condition number " +
                                     core::fixed(hold.condition, 1) + ", lengths in units of " +
                                     core::fixed(hold.length_mm, 1) + " mm");
         }
         for (std::size_t i = 0; i < plan_.datum_touches.size(); ++i) {
-            const std::string where = "datum point " + std::to_string(i + 1) + ": ";
+            const std::string where = datum_touch_name(plan_.datum_middles, i) + ": ";
             const auto& touch = plan_.datum_touches[i];
             const Vector3d start = above(touch, plan_.datum_approach_mm);
             if (machine != nullptr)
@@ -150,10 +156,8 @@ class PlanCheck {
             points += path.points.size();
         if (points == 0) return;
         add(Severity::note, std::to_string(plan_.paths.size()) + " sections, " + std::to_string(points) + " points, " +
-                                (by_touches ? "one by one, about " + core::fixed(touch_times(plan_).total_s, 0)
-                                            : core::fixed(plan_.length_mm, 1) + " mm of scan, about " +
-                                                  core::fixed(plan_.duration_s, 0)) +
-                                " s");
+                                (by_touches ? "one by one" : core::fixed(plan_.length_mm, 1) + " mm of scan") +
+                                ", about " + core::fixed(plan_times(plan_, by_touches).total_s, 0) + " s");
     }
 
     std::vector<Finding> findings;

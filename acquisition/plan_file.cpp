@@ -138,6 +138,8 @@ Json to_json_without_hash(const Plan& plan) {
         json["datum_touches"] = Json::array();
         for (const auto& point : plan.datum_touches)
             json["datum_touches"].push_back(point_to_json(point));
+        // Absent without middles: the hash of such a plan is that of plans before there were any.
+        if (plan.datum_middles != DatumMiddles{}) json["datum_middles"] = plan.datum_middles;
     }
     json["paths"] = Json::array();
     for (const auto& path : plan.paths)
@@ -160,6 +162,7 @@ Plan from_json(const Json& json) {
         plan.datum_search_mm = json.at("datum_search_mm").get<double>();
         for (const auto& row : json.at("datum_touches"))
             plan.datum_touches.push_back(point_from_json(row));
+        plan.datum_middles = json.value("datum_middles", DatumMiddles{});
     }
     for (const auto& path : json.at("paths"))
         plan.paths.push_back(path_from_json(path));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "acquisition/characteristic.hpp"
 #include "acquisition/worst_place.hpp"
 #include "core/text.hpp"
 
@@ -51,7 +52,7 @@ Characteristic point_tolerance(const SectionResult& section, const Compared& com
         if (!deviation.values[i]) continue;
         const PointTolerance& limits = section.tolerances[i];
         const double excess = excess_of(*deviation.values[i], limits);
-        places.add(contour[i], aligned_u95_mm(contour[i], compared.alignment), excess);
+        places.add(contour[i], scatter_u95_mm(contour[i], compared.alignment), excess);
         if (worst && excess <= largest) continue;
         worst = i;
         largest = excess;
@@ -59,14 +60,17 @@ Characteristic point_tolerance(const SectionResult& section, const Compared& com
     }
     if (!worst) return point_tolerance_not_evaluable(options, "the ball reaches no place of it");
     const auto& at = contour[*worst];
+    const double scatter_mm = scatter_u95_mm(at, compared.alignment);
     Characteristic c{point_tolerance_name,
                      tolerance_method(compared.frame),
                      largest,
-                     u95_of_worst(at, aligned_u95_mm(at, compared.alignment), section),
+                     u95_of_worst(at, scatter_mm, section),
                      0.0,
                      Decision::reported,
                      worst_note(*deviation.values[*worst], at.position_mm) + ", " + limits_note(limits_there)};
     if (const auto note = offset_error_note(at.offset_error_mm, Unit::mm); !note.empty()) c.note += "; " + note;
+    const auto& noise = section.fit->contour_noise;
+    if (noise.has_fields()) c.budget = budget_at(at, scatter_mm, noise.coverage());
     const auto [accept, reject] = places.guards();
     c.guard_accept = accept;
     c.guard_reject = reject;

@@ -8,16 +8,16 @@
 #include <vector>
 
 #include "acquisition/asked_characteristics.hpp"
+#include "acquisition/worst_place.hpp"
 #include "core/text.hpp"
-#include "fitting/statistics.hpp"
 
 namespace cmm::acquisition {
 namespace {
 
 /// A point against the half width of its zone, by what it would have to err to be on the other side.
 struct MeasuredPlace {
-    double beyond_mm = 0.0;  ///< negative: inside
-    double standard_mm = 0.0, bound_mm = 0.0;
+    double beyond_mm = 0.0;                                    ///< negative: inside
+    double scatter_mm = 0.0, shared_mm = 0.0, bound_mm = 0.0;  // standard: of the points, and what the machine shares
 };
 
 class PointCount {
@@ -35,11 +35,11 @@ class PointCount {
     bool empty() const { return places_.empty(); }
 
     void fill(Characteristic& c) const {
-        const double deviate =
-            fitting::upper_deviate_of_largest(options_.rule.risk_of_look(), static_cast<double>(places_.size()));
+        const auto count = static_cast<double>(places_.size());
+        const LargestGuard guard_of(options_.rule.risk_of_look(), count, std::min(count, shared_values));
         std::size_t out = 0, certain = 0, possible = 0;
         for (const auto& place : places_) {
-            const double guard = deviate * place.standard_mm + place.bound_mm;
+            const double guard = guard_of(place.scatter_mm, place.shared_mm) + place.bound_mm;
             out += place.beyond_mm > 0.0 ? 1 : 0;
             certain += place.beyond_mm > guard ? 1 : 0;
             possible += place.beyond_mm > -guard ? 1 : 0;
@@ -81,10 +81,10 @@ class PointCount {
         }
         const double bound = place.offset_error_mm + place.bound_mm;
         const double of_contour =
-            std::max(0.0, section_.deviation_u95_mm(foot) - bound) / section_.fit->contour_noise.coverage();
+            std::max(0.0, scatter_u95_mm(place, section_.alignment) - bound) / section_.fit->contour_noise.coverage();
         const double deviation = *section_.deviation_mm[foot] + point.verdict.residual_mm;
-        places_.push_back(
-            {std::abs(deviation) - 0.5 * *width, std::hypot(section_.fit->noise_sigma_mm, of_contour), bound});
+        places_.push_back({std::abs(deviation) - 0.5 * *width, std::hypot(section_.fit->noise_sigma_mm, of_contour),
+                           place.machine.shared_mm(), bound + std::abs(place.machine.known_mm)});
     }
 
     const CharacteristicSpec& spec_;

@@ -57,7 +57,7 @@ Characteristic profile(const ProfileZone& zone, const SectionResult& section, co
         ++points;
         if (!deviation.values[i]) continue;
         ++judged;
-        places.add(contour[i], aligned_u95_mm(contour[i], compared.alignment), std::abs(*deviation.values[i]));
+        places.add(contour[i], scatter_u95_mm(contour[i], compared.alignment), std::abs(*deviation.values[i]));
         if (!worst || std::abs(*deviation.values[i]) > std::abs(*deviation.values[*worst])) worst = i;
     }
     if (points == 0) return not_evaluable(zone.name, method, limit, "the contour has no such zone");
@@ -65,13 +65,16 @@ Characteristic profile(const ProfileZone& zone, const SectionResult& section, co
         return not_evaluable(zone.name, method, limit, why);
     if (!worst) return not_evaluable(zone.name, method, limit, not_reached);
     const double largest = *deviation.values[*worst];
-    const double u95_mm = u95_of_worst(contour[*worst], aligned_u95_mm(contour[*worst], compared.alignment), section);
+    const double scatter_mm = scatter_u95_mm(contour[*worst], compared.alignment);
+    const double u95_mm = u95_of_worst(contour[*worst], scatter_mm, section);
     Characteristic c{zone.name, method, 2.0 * std::abs(largest), 2.0 * u95_mm, limit, Decision::reported, {}};
     c.note = worst_note(largest, contour[*worst].position_mm);
     if (const auto note = offset_error_note(contour[*worst].offset_error_mm, Unit::mm); !note.empty())
         c.note += "; " + note;
     if (const auto share = static_cast<double>(points - judged) / static_cast<double>(points); share > shown_share)
         c.note += "; " + core::fixed(100.0 * share, 1) + " % of it " + not_reached;
+    const auto& noise = section.fit->contour_noise;
+    if (noise.has_fields()) c.budget = budget_at(contour[*worst], scatter_mm, noise.coverage()).times(2.0);
     const auto [accept, reject] = places.guards();  // of half the width
     c.guard_accept = 2.0 * accept;
     c.guard_reject = 2.0 * reject;

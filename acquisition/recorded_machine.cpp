@@ -40,7 +40,25 @@ Value value_of(double number) {
     return static_cast<Value>(number);
 }
 
+constexpr const char* errors_key = "uncertainty_";  // before the name of a figure
+
 }  // namespace
+
+void add_errors(const drivers::MachineErrors& errors, std::map<std::string, double>& numbers) {
+    for (const auto& [name, figure] : drivers::machine_figures)
+        if (const auto& value = errors.*figure) numbers.emplace(std::string(errors_key) + name, *value);
+}
+
+drivers::MachineErrors recorded_errors(const Journal::Header& header) {
+    drivers::MachineErrors errors;
+    for (const auto& [name, figure] : drivers::machine_figures) {
+        const auto found = header.capabilities.find(std::string(errors_key) + name);
+        // A file may claim anything.
+        if (found != header.capabilities.end() && found->second >= 0.0 && found->second <= 1.0)
+            errors.*figure = found->second;
+    }
+    return errors;
+}
 
 std::map<std::string, double> capability_numbers(const drivers::Capabilities& machine) {
     std::map<std::string, double> numbers;
@@ -71,6 +89,7 @@ core::Result<drivers::Capabilities> recorded_capabilities(const Journal::Header&
     machine.boot_id = header.boot_id;
     machine.lsb_mm = header.lsb_mm;
     machine.recorded_plan = header.plan_hash;
+    machine.recorded_errors = recorded_errors(header);
     return machine;
 }
 

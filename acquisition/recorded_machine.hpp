@@ -15,6 +15,10 @@ namespace cmm::acquisition {
 /// Kept beside them: whether the sections are measured by single touches (1) or scanned (0). Absent in older runs.
 inline constexpr const char* touches_key = "measured_by_touches";
 
+/// Kept beside them too: by how much the machine and its probe may err. Nothing of a run that was recorded without.
+void add_errors(const drivers::MachineErrors& errors, std::map<std::string, double>& numbers);
+drivers::MachineErrors recorded_errors(const Journal::Header& header);
+
 /// Model, serial and count size have columns of their own and are left out.
 std::map<std::string, double> capability_numbers(const drivers::Capabilities& machine);
 

@@ -51,6 +51,8 @@ ReferenceContour::ReferenceContour(const NominalContour& contour, fitting::Close
       curve_(std::move(curve)),
       hollows_(fitting::find_hollows(curve_.spline(), ball_radius_mm)) {
     const auto leans = leans_by_length(contour);
+    // A lean that is only a bound has no sign.
+    const bool signed_leans = contour.leans_rad.size() == contour.points.size();
     stations_.reserve(station_count);
     for (std::size_t i = 0; i < station_count; ++i) {
         const double s = station_mm(i), t = curve_.parameter_at(s);
@@ -58,7 +60,9 @@ ReferenceContour::ReferenceContour(const NominalContour& contour, fitting::Close
         const bool reached =
             std::none_of(hollows_.begin(), hollows_.end(), [t](const auto& hollow) { return hollow.holds(t); });
         stations_.push_back({jet.position, jet.right_normal(), leans[i],
-                             fitting::lean_error(ball_radius_mm, leans[i]).in_plane_mm, reached});
+                             fitting::lean_error(ball_radius_mm, leans[i]).in_plane_mm,
+                             fitting::lean_error(ball_radius_mm, std::abs(leans[i]) + lean_doubt_rad).in_plane_mm,
+                             signed_leans ? std::tan(leans[i]) : 0.0, reached});
     }
     if (contour.tolerances.size() != points_.size()) return;
     tolerances_ = contour.tolerances;
@@ -114,14 +118,23 @@ ReferenceContour::Match ReferenceContour::match(const ContourPoint& point, const
     const auto good = [&](const fitting::ClosestPoint& f) {
         return f.normal.dot(point.normal) >= same_side_cosine && station_at(f.s_mm).reached;
     };
-    if (good(foot)) return {foot.distance_mm, station_at(foot.s_mm).offset_error_mm, foot.s_mm};
+    if (good(foot)) return {foot.distance_mm, foot.s_mm, &station_at(foot.s_mm)};
     const Station* station = nearest_station(point);
-    if (station == nullptr) return {foot.distance_mm, 0.0, foot.s_mm};
+    if (station == nullptr) return {foot.distance_mm, foot.s_mm, nullptr};
     const Vector2d& p = point.position_mm;
     const double s_mm = station_mm(static_cast<std::size_t>(station - stations_.data()));
     const auto beside = curve_.closest(p, s_mm);
-    if (good(beside)) return {beside.distance_mm, station->offset_error_mm, beside.s_mm};
-    return {(p - station->position).dot(station->normal), station->offset_error_mm, s_mm};
+    if (good(beside)) return {beside.distance_mm, beside.s_mm, station};
+    return {(p - station->position).dot(station->normal), s_mm, station};
+}
+
+double ReferenceContour::Match::offset_error_mm(Lean lean) const {
+    if (station == nullptr) return 0.0;
+    return lean == Lean::doubted ? station->doubted_error_mm : station->offset_error_mm;
+}
+
+double ReferenceContour::Match::rise() const {
+    return station == nullptr ? 0.0 : station->rise;
 }
 
 /// None where the ball does not reach the nominal.
@@ -138,7 +151,8 @@ ReferenceContour::Comparison ReferenceContour::compare(const Vector2d& position_
     point.position_mm = position_mm;
     point.normal = normal;
     const Match matched = match(point, curve_.closest(position_mm, near_mm));
-    return {deviation(point, matched), matched.offset_error_mm, matched.s_mm};
+    return {deviation(point, matched), matched.offset_error_mm(Lean::nominal), matched.offset_error_mm(Lean::doubted),
+            matched.s_mm, matched.rise()};
 }
 
 Eigen::Vector3d ReferenceContour::touched_normal(const Vector2d& centre_mm, const Vector2d& outward) const {
@@ -151,19 +165,37 @@ Eigen::Vector3d ReferenceContour::touched_normal(const Vector2d& centre_mm, cons
     return {level.x(), level.y(), std::sin(lean)};
 }
 
-std::vector<std::optional<double>> ReferenceContour::compare(std::span<ContourPoint> contour) const {
+std::vector<ReferenceContour::Match> ReferenceContour::matches(std::span<const ContourPoint> contour) const {
     std::vector<Vector2d> positions;
     for (const auto& point : contour)
         positions.push_back(point.position_mm);
     std::vector<fitting::ClosestPoint> feet(contour.size());
     curve_.closest(positions, feet);
+    std::vector<Match> out;
+    out.reserve(contour.size());
+    for (std::size_t i = 0; i < contour.size(); ++i)
+        out.push_back(match(contour[i], feet[i]));
+    return out;
+}
+
+std::vector<double> ReferenceContour::leans_along(std::span<const ContourPoint> contour) const {
+    std::vector<double> leans;
+    for (const Match& matched : matches(contour))
+        leans.push_back(station_at(matched.s_mm).lean_rad);
+    return leans;
+}
+
+std::vector<std::optional<double>> ReferenceContour::compare(std::span<ContourPoint> contour, Lean lean) const {
+    const auto matched_to = matches(contour);
     std::vector<std::optional<double>> deviations(contour.size());
     for (std::size_t i = 0; i < contour.size(); ++i) {
         ContourPoint& point = contour[i];
-        const Match matched = match(point, feet[i]);
+        const Match& matched = matched_to[i];
         if (!point.lean_rad) {
-            point.u95_mm += matched.offset_error_mm - point.offset_error_mm;
-            point.offset_error_mm = matched.offset_error_mm;
+            const double error_mm = matched.offset_error_mm(lean);
+            point.u95_mm += error_mm - point.offset_error_mm;
+            point.offset_error_mm = error_mm;
+            point.rise = matched.rise();
         }
         if (point.reached) deviations[i] = deviation(point, matched);
     }

@@ -14,6 +14,11 @@
 
 namespace cmm::acquisition {
 
+/// By what lean of the walls the error of the 2-D offset is counted: the nominal's, or, while nothing of a part's own
+/// lean has been measured, one that is so much steeper.
+enum class Lean { nominal, doubted };
+inline constexpr double lean_doubt_rad = 0.0523599;  // 3 degrees; a blade 60 mm high that is bent by 3 mm at its tip
+
 /// A nominal contour as a measured one can be compared with it: reduced to what the ball can touch, and with the lean
 /// of the surface. In its hollows (concave corners and steps sharper than the ball) nothing is compared, unless they
 /// are shallower than 5 um: there the ball's own arc is the nominal. Made once per section, with all that does not
@@ -29,18 +34,23 @@ class ReferenceContour {
     /// side whose outward normal agrees with the point's, so that a thin edge is never compared with its other side.
     /// Empty where the ball does not reach the nominal, or rests in a hollow of the part. Writes into each point
     /// that was compensated in two dimensions what that makes too thick there (A22, by the nominal's lean) and adds it
-    /// to the point's uncertainty: its sign is known, but it is not corrected.
-    std::vector<std::optional<double>> compare(std::span<fitting::ContourPoint> contour) const;
+    /// to the point's uncertainty: its sign is known, but it is not corrected; and how the nominal rises there.
+    std::vector<std::optional<double>> compare(std::span<fitting::ContourPoint> contour,
+                                               Lean lean = Lean::nominal) const;
 
     /// The same for one place of the part, as above.
     struct Comparison {
         std::optional<double> deviation_mm;
-        double offset_error_mm = 0.0;
-        double s_mm = 0.0;  ///< arc length of the foot on the nominal
+        double offset_error_mm = 0.0, doubted_error_mm = 0.0;  ///< by the nominal's lean, by the doubted one
+        double s_mm = 0.0;                                     ///< arc length of the foot on the nominal
+        double rise = 0.0;                                     ///< tangent of the nominal's lean there, where known
     };
     /// `near_mm`: arc length of a foot nearby, where one is known. Constant time with it.
     Comparison compare(const Eigen::Vector2d& position_mm, const Eigen::Vector2d& normal,
                        std::optional<double> near_mm) const;
+
+    /// The nominal's lean beside each contour point, as above; of a nominal that knows the steepest only, that one.
+    std::vector<double> leans_along(std::span<const fitting::ContourPoint> contour) const;
 
     /// Whether the nominal has tolerances at its points.
     bool has_tolerances() const { return !tolerances_.empty(); }
@@ -53,17 +63,21 @@ class ReferenceContour {
   private:
     struct Station {
         Eigen::Vector2d position, normal;
-        double lean_rad, offset_error_mm;
+        double lean_rad, offset_error_mm, doubted_error_mm, rise;
         bool reached;
     };
     struct Match {
-        double deviation_mm, offset_error_mm, s_mm;
+        double deviation_mm, s_mm;
+        const Station* station;  ///< nullptr: none that the ball reaches faces the point's way
+        double offset_error_mm(Lean lean) const;
+        double rise() const;
     };
 
     double station_mm(std::size_t i) const;
     const Station& station_at(double s_mm) const;
     const Station* nearest_station(const fitting::ContourPoint& point) const;
     Match match(const fitting::ContourPoint& point, const fitting::ClosestPoint& foot) const;
+    std::vector<Match> matches(std::span<const fitting::ContourPoint> contour) const;
     std::optional<double> deviation(const fitting::ContourPoint& point, const Match& matched) const;
     const fitting::Hollow* hollow_below(const fitting::ContourPoint& point) const;
 

@@ -3,12 +3,14 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/budget_table.hpp"
 #include "acquisition/characteristic_table.hpp"
 #include "acquisition/exports.hpp"
 #include "acquisition/html.hpp"
 #include "acquisition/report_text.hpp"
 #include "acquisition/section_figures.hpp"
 #include "acquisition/svg.hpp"
+#include "acquisition/traceability.hpp"
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
@@ -171,11 +173,11 @@ std::string section_sheet(const SectionResult& section, double ball_radius_mm) {
     return out + "</div>\n" + rejected_list(section) + "</article>\n";
 }
 
-std::string methods(const PartResult& part) {
+std::string pairs_table(const std::string& title, const std::vector<std::pair<std::string, std::string>>& pairs) {
     std::string rows;
-    for (const auto& [name, text] : report_methods(part))
+    for (const auto& [name, text] : pairs)
         rows += "<tr><td>" + escape(name) + "</td><td>" + escape(text) + "</td></tr>\n";
-    return "<h2>Methods</h2>\n<div class=\"sheet methods\"><table><tbody>" + rows + "</tbody></table></div>\n";
+    return "<h2>" + title + "</h2>\n<div class=\"sheet methods\"><table><tbody>" + rows + "</tbody></table></div>\n";
 }
 
 }  // namespace
@@ -183,11 +185,12 @@ std::string methods(const PartResult& part) {
 std::string report_html(const PartResult& part) {
     const std::string title =
         part.part_name + (part.part_serial.empty() ? "" : " " + part.part_serial) + ": " + verdict_word(part);
-    std::string out = head(part) + summary_table(part) + characteristic_table(part) + map(part) + trends(part);
+    std::string out =
+        head(part) + summary_table(part) + characteristic_table(part) + budget_table(part) + map(part) + trends(part);
     out += "<h2>Sections</h2>\n" + key(part);
     for (const auto& section : part.sections)
         out += section_sheet(section, part.ball_radius_mm);
-    out += methods(part);
+    out += pairs_table("Methods", report_methods(part)) + pairs_table("Traceability", traceability(part));
     out +=
         "<footer>All lengths in millimetres unless said, part frame, z along the span. The numbers of this report with "
         "full resolution: result.json and the CSV files beside it.</footer>\n";

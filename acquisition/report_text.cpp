@@ -77,6 +77,13 @@ std::string again_text(const SectionResult& section) {
            std::to_string(passes.size()) + (passes.size() == 1 ? " pass)" : " passes)");
 }
 
+std::string machine_text(const PartResult& part) {
+    if (!part.uncertainty.errors().any()) return "The machine\u2019s own length error is not included.";
+    return "Machine, probe and temperature are included as stated above, as errors that all points share: a largest "
+           "permissible error counts as one that is equally likely anywhere within it (ISO 14253-2), and what an "
+           "alignment takes away does not count.";
+}
+
 std::string reference_of(const PartResult& part) {
     if (!part.has_nominal) return "none: measured without a nominal";
     const Alignment* alignment = part.alignment();
@@ -122,6 +129,7 @@ std::vector<std::pair<std::string, std::string>> report_facts(const PartResult& 
         {"Reference", reference_of(part)},
         {"Part frame", part.part_frame ? part_frame_words(*part.part_frame) : std::string()},
         {"Alignment", alignment_of(part)},
+        {"Uncertainty holds", uncertainty_words(part.uncertainty)},
         {"Points", std::to_string(points) + " recorded, " + std::to_string(rejected) + " rejected"},
         {"Software", part.software_version}};
     std::erase_if(facts, [](const auto& fact) { return fact.second.empty(); });
@@ -192,7 +200,8 @@ std::vector<std::pair<std::string, std::string>> report_methods(const PartResult
         "U95 is expanded (k = 2) from the scatter of the points about the fit, with what the "
         "neighbouring sections took from the section and what is not known of the lean. Where the ball "
         "is compensated in 2-D, the error of that, r (1/cos lean \u2212 1) by the nominal\u2019s lean at "
-        "each point, is added. The machine\u2019s own length error is not included.");
+        "each point, is added. " +
+            machine_text(part));
     methods.emplace_back(
         "Compensation",
         point_by_point_text(part) +

@@ -8,6 +8,7 @@
 #include "acquisition/part_characteristics.hpp"
 #include "acquisition/part_judge.hpp"
 #include "acquisition/section_setup.hpp"
+#include "acquisition/traceability.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -32,12 +33,14 @@ core::Result<PartResult> results_of_points(const std::vector<PointSection>& sect
     const auto nominal = load_nominal(used.nominal);
     if (!nominal) return tl::unexpected(nominal.error());
     PartResult result;
+    result.sources = sources_of(used);
     result.part_name = used.name;
     result.part_serial = used.serial;
     result.machine = "recorded points";
     result.ball_radius_mm = ball_radius_mm;
     result.has_nominal = *nominal != nullptr;
     result.decision_rule = used.gate.rule.worded();
+    result.uncertainty = used.uncertainty;
     std::uint64_t sequence = 0;
     std::deque<SectionSetup> setups;
     PartJudge judge;

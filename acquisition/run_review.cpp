@@ -6,6 +6,8 @@
 
 #include "acquisition/part_characteristics.hpp"
 #include "acquisition/part_judge.hpp"
+#include "acquisition/recorded_machine.hpp"
+#include "acquisition/traceability.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -25,9 +27,10 @@ core::Result<PartFile> part_of_run(const std::string& run_file) {
 }
 
 RunReview::RunReview(std::unique_ptr<Journal> journal, PartFile part, std::shared_ptr<const Nominal> nominal)
-    : journal_(std::move(journal)), part_(std::move(part)), nominal_(std::move(nominal)) {
+    : journal_(std::move(journal)), part_(std::move(part)), sources_(sources_of(part_)), nominal_(std::move(nominal)) {
     // The ball that measured, whatever a second part file says.
     part_.stylus.radius_mm = journal_->header().ball_radius_mm;
+    part_.uncertainty.machine = recorded_errors(journal_->header());
 }
 
 core::Result<std::unique_ptr<RunReview>> RunReview::open(const std::string& run_file, const PartFile* part) {
@@ -77,7 +80,9 @@ core::Result<const SectionSetup*> RunReview::setup(std::size_t index) {
 core::Result<std::optional<PartFrame>> RunReview::part_frame() const {
     const auto numbers = journal_->part_frame();
     if (!numbers) return tl::unexpected(numbers.error());
-    return frame_from_numbers(*numbers);
+    auto frame = frame_from_numbers(*numbers);
+    if (frame && *frame) **frame = with_errors(std::move(**frame), part_.uncertainty.errors());
+    return frame;
 }
 
 bool RunReview::whole() const {
@@ -144,9 +149,12 @@ core::Result<PartResult> RunReview::result() {
     result.machine = header.machine_model + " " + header.machine_serial + " (" + header.machine_url + ")";
     result.run_id = header.run_id;
     result.software_version = header.software_version;
+    result.sources = sources_;
+    result.plan_hash = header.plan_hash;
     result.ball_radius_mm = header.ball_radius_mm;
     result.has_nominal = has_nominal();
     result.decision_rule = part_.gate.rule.worded();
+    result.uncertainty = part_.uncertainty;
     const auto& sections = recorded_.all();
     result.complete = whole();
     for (std::size_t place = 0; place < sections.size(); ++place)

@@ -64,6 +64,7 @@ class RunReview {
 
     std::unique_ptr<Journal> journal_;
     PartFile part_;
+    std::vector<SourceFile> sources_;
     std::shared_ptr<const Nominal> nominal_;
     OperatorChoice choice_;
     RecordedSections recorded_;

@@ -6,6 +6,7 @@
 #include <boost/asio/this_coro.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <chrono>
+#include <cmath>
 #include <utility>
 
 #include "acquisition/event_payload.hpp"
@@ -60,10 +61,13 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
     outcome.result.run_id = request_.run_id;
     outcome.result.machine = capabilities_.model + " " + capabilities_.serial + " (" + request_.machine_url + ")";
     outcome.result.software_version = request_.software_version;
+    outcome.result.sources = request_.sources;
+    outcome.result.plan_hash = plan_.hash;
     outcome.result.ball_radius_mm = request_.part.stylus.radius_mm;
     outcome.result.has_nominal = request_.nominal != nullptr;
     outcome.result.part_frame = frame_;
     outcome.result.decision_rule = request_.part.gate.rule.worded();
+    outcome.result.uncertainty = request_.part.uncertainty;
     outcome.result.complete = !outcome.error && outcome.result.sections.size() == plan_.paths.size();
     add_part_characteristics(request_.part.gate.characteristics, request_.part.gate.rule, outcome.result);
     for (const auto& characteristic : outcome.result.characteristics)
@@ -175,16 +179,26 @@ core::Status ScanJob::prepare() {
     plan_ = std::move(*plan);
     if (auto status = can_align(); !status) return status;
     if (auto status = check(); !status) return status;
+    use_errors(capabilities_.recorded_errors.or_else(request_.machine_errors));
     for (std::size_t i = 0; i < plan_.paths.size(); ++i) {
         auto setup = make_section_setup(request_.part, request_.nominal.get(), i, plan_.paths[i].z_mm);
         if (!setup) return tl::unexpected(setup.error());
         setups_.push_back(std::move(*setup));
     }
+    times_ = plan_times(plan_, touching_);
     restored_.resize(setups_.size());
     again_.measured.resize(setups_.size());
     again_.there.resize(setups_.size());
     done_.assign(setups_.size(), false);
     return {};
+}
+
+/// By how much the machine may err: by its file, or of a run that is gone on with, or played again, as it was then.
+void ScanJob::use_errors(const drivers::MachineErrors& errors) {
+    if (errors == request_.part.uncertainty.machine) return;
+    request_.part.uncertainty.machine = errors;
+    for (auto& setup : setups_)
+        setup.fields = fitting::ErrorFields(request_.part.uncertainty.errors(), setup.z_mm);
 }
 
 core::Status ScanJob::check() const {
@@ -205,6 +219,7 @@ ScanJob::Step ScanJob::start_journal(const drivers::RunOrigin& origin) {
     header.lsb_mm = capabilities_.lsb_mm;
     header.capabilities = capability_numbers(capabilities_);
     header.capabilities[touches_key] = touching_ ? 1.0 : 0.0;
+    add_errors(request_.part.uncertainty.machine, header.capabilities);
     header.boot_id = origin.boot_id;
     header.sequence_shift = origin.sequence_shift;
     header.ball_radius_mm = request_.part.stylus.radius_mm;
@@ -291,11 +306,15 @@ std::size_t ScanJob::expected_points(std::size_t section) const {
     return capabilities_.moves ? plan_.paths[section].points.size() : 0;
 }
 
+/// Sections count alike, the alignment for its share of the time.
 double ScanJob::share_done() const {
-    double share = 0.0;
-    for (std::size_t i = 0; i < done_.size(); ++i)
-        share += done_[i] ? 1.0 : 0.0;
-    return done_.empty() ? 0.0 : share / static_cast<double>(done_.size());
+    if (done_.empty()) return 0.0;
+    const double sections =
+        static_cast<double>(std::count(done_.begin(), done_.end(), true)) / static_cast<double>(done_.size());
+    if (times_.alignment_s == 0.0 || !capabilities_.recorded_frame.empty()) return sections;
+    const auto usual = static_cast<double>(usual_datum_rounds * plan_.datum_touches.size());
+    const double aligned = frame_ ? 1.0 : std::min(1.0, static_cast<double>(datums_touched_) / usual);
+    return std::lerp(sections, aligned, times_.alignment_s / times_.total_s);
 }
 
 /// The verdict is certain, and the run shall end with it.

@@ -19,6 +19,7 @@
 #include "acquisition/part_file.hpp"
 #include "acquisition/part_frame.hpp"
 #include "acquisition/plan.hpp"
+#include "acquisition/plan_times.hpp"
 #include "acquisition/recorded_sections.hpp"
 #include "acquisition/sample_intake.hpp"
 #include "acquisition/section_finisher.hpp"
@@ -37,7 +38,9 @@ struct ScanRequest {
     bool resume = false;
     bool touch = false;  ///< by single touches, also where the machine could scan
     std::string machine_url;
+    drivers::MachineErrors machine_errors;  ///< as its file says
     std::string software_version;
+    std::vector<SourceFile> sources;  ///< of the part (traceability.hpp)
     std::string run_id, started_utc;
     /// Asked while a run waits for a full disk, on a thread of its own that may outlive the job.
     std::function<bool(const std::string& beside, std::int64_t bytes)> disk_has_room = acquisition::disk_has_room;
@@ -105,8 +108,9 @@ class ScanJob {
     core::Status can_align() const;
     Step align();
     void use_frame(const PartFrame& frame);
+    void use_errors(const drivers::MachineErrors& errors);
     boost::asio::awaitable<core::Result<std::optional<PartFrame>>> find_frame();
-    boost::asio::awaitable<core::Result<fitting::SixCentres>> touch_datums(double approach_mm);
+    boost::asio::awaitable<core::Result<fitting::TouchCentres>> touch_datums(double approach_mm);
     core::Status within_travel() const;
     std::optional<Eigen::Vector3d> off_datum(const Eigen::Vector3d& where) const;
     core::Status take_recorded_frame();
@@ -172,6 +176,8 @@ class ScanJob {
     std::shared_ptr<Journal> journal_;
     std::unique_ptr<SampleIntake> intake_;
     Plan plan_;
+    PlanTimes times_;
+    std::size_t datums_touched_ = 0;  // over all rounds
     std::vector<SectionSetup> setups_;
     std::vector<std::vector<RecordedPoint>> restored_;  // resume: points of a section that was not finished
     std::vector<bool> done_;

@@ -17,9 +17,9 @@ namespace {
 
 constexpr double beside_datum_mm = 1.0;  // so far beside the line of its touch a probe may stand that was left there
 
-std::string datum_text(std::size_t index, const drivers::PathPoint& place) {
-    const auto& at = place.centre_mm;
-    return "datum point " + std::to_string(index + 1) + " (ball at x " + core::fixed(at.x(), 3) + ", y " +
+std::string datum_text(const Plan& plan, std::size_t touch) {
+    const auto& at = plan.datum_touches[touch].centre_mm;
+    return datum_touch_name(plan.datum_middles, touch) + " (ball at x " + core::fixed(at.x(), 3) + ", y " +
            core::fixed(at.y(), 3) + ", z " + core::fixed(at.z(), 3) + " mm)";
 }
 
@@ -51,16 +51,16 @@ ScanJob::Step ScanJob::align() {
 
 /// All that follows is of the part as it stands. Told of nothing else before the first section.
 void ScanJob::use_frame(const PartFrame& frame) {
-    frame_ = frame;
+    frame_ = with_errors(frame, request_.part.uncertainty.errors());
     machine_.set_frame(core::MachineFromPart(frame.machine_from_part));
     came_from_.reset();
     for (auto& setup : setups_)
-        take_frame(setup, frame);
+        take_frame(setup, *frame_);
 }
 
 boost::asio::awaitable<core::Result<std::optional<PartFrame>>> ScanJob::find_frame() {
     const double radius_mm = request_.part.stylus.radius_mm;
-    fitting::SixPointRounds rounds(points_touched(plan_.datum_touches, radius_mm), radius_mm,
+    fitting::SixPointRounds rounds(points_touched(plan_.datum_touches, plan_.datum_middles, radius_mm), radius_mm,
                                    request_.part.alignment.six_points->options);
     double approach_mm = plan_.datum_approach_mm;
     for (bool done = false; !done;) {
@@ -94,17 +94,17 @@ boost::asio::awaitable<core::Result<std::optional<PartFrame>>> ScanJob::find_fra
 }
 
 /// The ball centres in contact, where the part is believed to stand.
-boost::asio::awaitable<core::Result<fitting::SixCentres>> ScanJob::touch_datums(double approach_mm) {
+boost::asio::awaitable<core::Result<fitting::TouchCentres>> ScanJob::touch_datums(double approach_mm) {
     const TouchReach reach{approach_mm, plan_.datum_search_mm};
-    fitting::SixCentres centres;
-    for (std::size_t i = 0; i < centres.size(); ++i) {
+    fitting::TouchCentres centres;
+    for (std::size_t i = 0; i < plan_.datum_touches.size(); ++i) {
         const drivers::PathPoint place = plan_.datum_touches[i];
         const auto where = co_await ready();
         if (!where) co_return tl::unexpected(where.error());
         auto find = [this, from = *where, to = above(place, approach_mm)] { return travel_route(plan_, from, to); };
         const auto route = co_await workers_.run(std::move(find));
         if (route.empty()) {
-            co_return core::fail(core::ErrorCode::plan_invalid, "no free way to " + datum_text(i, place),
+            co_return core::fail(core::ErrorCode::plan_invalid, "no free way to " + datum_text(plan_, i),
                                  core::Motion::stopped);
         }
         Eigen::Vector3d from = *where;
@@ -113,7 +113,7 @@ boost::asio::awaitable<core::Result<fitting::SixCentres>> ScanJob::touch_datums(
                 co_return core::fail(core::ErrorCode::cancelled, "stopped on request", core::Motion::stopped);
             if (auto moved = co_await travel(from, point); !moved) {
                 core::Error error = std::move(moved.error());
-                error.with_context("on the way to " + datum_text(i, place));
+                error.with_context("on the way to " + datum_text(plan_, i));
                 co_return tl::unexpected(std::move(error));
             }
             from = point;
@@ -123,10 +123,12 @@ boost::asio::awaitable<core::Result<fitting::SixCentres>> ScanJob::touch_datums(
         if (auto kept = co_await drivers::until_durable(*intake_); !kept) co_return tl::unexpected(kept.error());
         if (!found) {
             core::Error error = found.error();
-            error.with_context("at " + datum_text(i, place));
+            error.with_context("at " + datum_text(plan_, i));
             co_return tl::unexpected(std::move(error));
         }
-        centres[i] = *found;
+        centres.push_back(*found);
+        ++datums_touched_;
+        progress("six-point alignment: " + datum_touch_name(plan_.datum_middles, i) + " touched");
     }
     co_return centres;
 }

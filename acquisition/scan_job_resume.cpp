@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "acquisition/json_text.hpp"
+#include "acquisition/recorded_machine.hpp"
 #include "acquisition/recorded_sections.hpp"
 #include "acquisition/scan_job.hpp"
 #include "acquisition/section_start.hpp"
@@ -31,14 +32,15 @@ ScanJob::Step ScanJob::recover() {
     if (!status) co_return status;
     keep_events();
     if (std::exchange(started_, true)) co_return core::Status{};
-    events_.emit(EventKind::run_started, 0.0,
-                 JsonFields()
-                     .add("run", request_.run_id)
-                     .add("part", request_.part.name)
-                     .add("machine", capabilities_.model)
-                     .add("sections", setups_.size())
-                     .add("ball_radius_mm", request_.part.stylus.radius_mm, 4)
-                     .text());
+    JsonFields fields;
+    fields.add("run", request_.run_id)
+        .add("part", request_.part.name)
+        .add("machine", capabilities_.model)
+        .add("sections", setups_.size())
+        .add("ball_radius_mm", request_.part.stylus.radius_mm, 4);
+    if (capabilities_.moves && request_.nominal != nullptr)
+        fields.add("planned_s", times_.total_s, 1).add("alignment_s", times_.alignment_s, 1);
+    events_.emit(EventKind::run_started, 0.0, fields.text());
     co_return core::Status{};
 }
 
@@ -110,6 +112,7 @@ ScanJob::Step ScanJob::reopen_journal() {
                                  " nm; go on with the machine of that run");
     }
     if (auto status = measure_as_begun(); !status) co_return status;
+    use_errors(recorded_errors(header));
     auto frame = [this] { return take_recorded_frame(); };
     if (auto status = co_await workers_.run(std::move(frame)); !status) co_return status;
     request_.run_id = header.run_id;

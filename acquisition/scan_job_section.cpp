@@ -166,7 +166,12 @@ ScanJob::Step ScanJob::scan_planned(drivers::ScanPath path) {
     intake_->begin(path.id, new_section(section_), std::move(completed), {}, std::move(nearing));
     const auto left = std::span<const drivers::PathPoint>(planned).subspan(first);
     drivers::PointList whole(left);
-    std::function<bool()> enough = [this] { return is_out(); };
+    bool below = false;  // since its neighbours said so, one below is out for certain
+    std::function<bool()> enough = [this, &below] {
+        if (is_out()) return true;
+        below = out_ = finisher_->rejected();
+        return out_;
+    };
     PathUntil until_out(left, std::move(enough), *intake_);
     drivers::PathSource& source =
         request_.part.scan.stop_when_rejected ? static_cast<drivers::PathSource&>(until_out) : whole;
@@ -174,7 +179,8 @@ ScanJob::Step ScanJob::scan_planned(drivers::ScanPath path) {
     auto scanned = co_await machine_.scan(path, source, *intake_);
     if (!scanned) co_return tl::unexpected(scanned.error());
     if (out_) {
-        notice(section_text(section_, setups_[section_].z_mm) + " is out of tolerance: the run ends");
+        notice((below ? std::string("a section below") : section_text(section_, setups_[section_].z_mm)) +
+               " is out of tolerance: the run ends");
     } else if (scanned->points_passed < planned.size() - first) {
         notice(section_text(section_, setups_[section_].z_mm) + ": the machine gave " +
                std::to_string(scanned->points_passed) + " of " + std::to_string(planned.size() - first) +

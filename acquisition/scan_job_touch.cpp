@@ -45,6 +45,7 @@ core::Status ScanJob::measure_as_begun() {
             run + "was begun by single touches, which this machine cannot take: go on with another machine");
     }
     touching_ = true;
+    times_ = plan_times(plan_, touching_);
     notice("going on by single touches, as the run began");
     return check();
 }

@@ -16,6 +16,7 @@ Alignment described_alignment(const AlignmentSpec& spec, const fitting::BestFit&
     out.spec = spec;
     out.motion = fit.motion;
     out.covariance = datum.covariance;
+    out.loads = datum.loads;
     out.rms_mm = fit.rms_mm;
     out.largest_mm = fit.largest_mm;
     out.condition = fit.condition;
@@ -86,16 +87,17 @@ core::Result<SectionAlignment> align_section(const fitting::SectionFit& fit, con
 
 std::vector<std::optional<double>> compare_aligned(std::vector<fitting::ContourPoint>& contour,
                                                    const ReferenceContour& reference,
-                                                   const fitting::PlaneMotion& motion) {
+                                                   const fitting::PlaneMotion& motion, Lean lean) {
     auto moved = contour;
     for (auto& point : moved) {
         point.position_mm = motion.undo(point.position_mm);
         point.normal = motion.undo_on_direction(point.normal);
     }
-    auto deviations = reference.compare(moved);
+    auto deviations = reference.compare(moved, lean);
     for (std::size_t i = 0; i < contour.size(); ++i) {
         contour[i].u95_mm = moved[i].u95_mm;
         contour[i].offset_error_mm = moved[i].offset_error_mm;
+        contour[i].rise = moved[i].rise;
     }
     return deviations;
 }

@@ -50,6 +50,6 @@ std::vector<char> reached(std::span<const std::optional<double>> deviation_mm);
 /// ReferenceContour::compare does.
 std::vector<std::optional<double>> compare_aligned(std::vector<fitting::ContourPoint>& contour,
                                                    const ReferenceContour& reference,
-                                                   const fitting::PlaneMotion& motion);
+                                                   const fitting::PlaneMotion& motion, Lean lean = Lean::nominal);
 
 }  // namespace cmm::acquisition

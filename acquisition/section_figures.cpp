@@ -75,7 +75,8 @@ std::string radius_text(const SectionResult& section, Zone edge) {
     const auto* radius = section.find(edge == Zone::le ? "le_radius" : "te_radius");
     if (!section.closed() || radius == nullptr) return {};
     if (!radius->value) return "no circle: " + radius->note;
-    return "r " + core::fixed(*radius->value, 4) + " \u00b1 " + core::fixed(radius->u95.value_or(0.0), 4) + " mm";
+    return "r " + core::fixed(*radius->value, 4) + " \u00b1 " + core::fixed(radius->u95.value_or(0.0), 4) + " mm" +
+           (radius->note.empty() ? "" : ", " + radius->note);
 }
 
 std::string overlay_figure(const SectionResult& section, double ball_radius_mm) {

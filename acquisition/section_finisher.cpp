@@ -139,7 +139,6 @@ void SectionFinisher::finish_next(std::unique_lock<std::mutex>& lock) {
     grown_ = again;  // the surface through all sections is laid anew
     lock.lock();
     if (latency_ms) latencies_ms_.push_back(*latency_ms);
-    rejected_ = rejected_ || result.decision() == Decision::reject;
 }
 
 void SectionFinisher::announce(const SectionResult& result, std::optional<double> latency_ms) {
@@ -158,12 +157,18 @@ void SectionFinisher::announce_revised(const std::vector<const SectionResult*>& 
     }
 }
 
+/// A section that hangs on what its neighbours will say is not rejected for certain yet.
 void SectionFinisher::announce_decisions(const SectionResult& result) {
     for (const auto& characteristic : result.characteristics) {
         events_.emit(EventKind::characteristic_updated, t_machine_s_,
                      characteristic_payload(result.index, characteristic));
     }
-    events_.emit(EventKind::gate_decision, t_machine_s_, decision_payload(result.index, result.decision()));
+    const bool certain = judge_.rejects_for_certain(result.index);
+    if (certain) {
+        const std::lock_guard lock(mutex_);
+        rejected_ = true;
+    }
+    events_.emit(EventKind::gate_decision, t_machine_s_, decision_payload(result.index, result.decision(), certain));
 }
 
 }  // namespace cmm::acquisition

@@ -40,7 +40,7 @@ class SectionFinisher {
     /// caches then, and the section itself takes a quarter less. Not where somebody might have to wait for it: a
     /// judgement under way, or one that took more than a tenth of the time left.
     void rehearse(const SectionSetup& setup, std::vector<RecordedPoint> points, double left_ms);
-    /// Whether one of the finished sections is rejected: then the part is, whatever comes.
+    /// Whether one of the finished sections is rejected for certain: then the part is, whatever comes.
     bool rejected() const;
     /// No more sections come for now: all are compensated by the whole surface, and aligned. A section that is
     /// submitted again afterwards, with more points, takes the place of the first, and asks for it once more. `whole`:

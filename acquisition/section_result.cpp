@@ -137,7 +137,7 @@ double SectionResult::deviation_u95_mm(std::size_t point) const {
     return aligned_u95_mm(fit->contour[point], alignment);
 }
 
-double aligned_u95_mm(const fitting::ContourPoint& point, const Alignment& alignment) {
+double scatter_u95_mm(const fitting::ContourPoint& point, const Alignment& alignment) {
     constexpr double coverage = 2.0;
     if (!alignment.done()) return point.u95_mm;
     // Noise in quadrature; what is a bound is added.
@@ -145,6 +145,20 @@ double aligned_u95_mm(const fitting::ContourPoint& point, const Alignment& align
     const double by_motion =
         coverage * fitting::normal_uncertainty(alignment.motion, alignment.covariance, point.position_mm, point.normal);
     return std::hypot(std::max(0.0, point.u95_mm - added), by_motion) + added;
+}
+
+const SectionPlacement* SectionResult::placement(const ZoneSet& zones) const {
+    const auto found = std::find_if(placements.begin(), placements.end(),
+                                    [&](const SectionPlacement& placed) { return placed.zones == zones; });
+    return found == placements.end() ? nullptr : &*found;
+}
+
+double aligned_u95_mm(const fitting::ContourPoint& point, const Alignment& alignment) {
+    constexpr double coverage = 2.0;
+    const double u95_mm = scatter_u95_mm(point, alignment), shared = point.machine.shared_mm();
+    if (shared == 0.0) return u95_mm + std::abs(point.machine.known_mm);
+    const double added = point.bound_mm + point.offset_error_mm;
+    return std::hypot(std::max(0.0, u95_mm - added), coverage * shared) + added + std::abs(point.machine.known_mm);
 }
 
 const Characteristic* SectionResult::find(std::string_view characteristic_name) const {

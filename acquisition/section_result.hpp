@@ -11,7 +11,9 @@
 
 #include "acquisition/alignment.hpp"
 #include "acquisition/place_limits.hpp"
+#include "acquisition/uncertainty_spec.hpp"
 #include "acquisition/unit.hpp"
+#include "acquisition/zone_set.hpp"
 #include "core/error.hpp"
 #include "fitting/compensation_method.hpp"
 #include "fitting/section.hpp"
@@ -42,6 +44,8 @@ struct Characteristic {
     bool required = false;  ///< a tolerance was asked for, also where its limits are not known for want of a nominal
     /// What the decision rule keeps between value and limit to accept, and to reject (decision_rule.hpp).
     std::optional<double> guard_accept = {}, guard_reject = {};
+    /// Of u95, by where it comes from; where anything is known of machine, probe or temperature.
+    std::optional<fitting::ErrorBudget> budget = {};
 
     bool has_limits() const { return upper || lower; }
     bool has_requirement() const { return required || has_limits(); }
@@ -88,11 +92,16 @@ struct SectionPlacement {
     Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();
     double turn_rad = 0.0;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+    Eigen::Matrix3d places = Eigen::Matrix3d::Zero();           ///< part of it: by what the machine does place by place
+    fitting::MotionLoads loads = fitting::MotionLoads::Zero();  ///< by what all sections have in common
+    ZoneSet zones = all_zones;                                  ///< that took part
 };
 /// The deviation at one place of the nominal, for a line along the span.
 struct SpanPoint {
     std::string label;
-    double deviation_mm = 0.0, standard_mm = 0.0;
+    double deviation_mm = 0.0, scatter_mm = 0.0;  ///< standard, by the section's own points
+    double place_mm = 0.0;                        ///< standard, by what the machine does at this place alone
+    fitting::FieldLoads loads = fitting::FieldLoads::Zero();  ///< by what all sections have in common
 };
 
 /// A finished section. `fit` is absent where the points do not determine a section; `why` says it.
@@ -112,8 +121,8 @@ struct SectionResult {
     /// For the pictures: the nominal laid onto the measured section; empty without a nominal.
     std::vector<Eigen::Vector2d> nominal_contour;
     Alignment alignment;
-    std::optional<SectionPlacement> placement;  ///< where a characteristic of the part asks for it
-    std::vector<SpanPoint> span_points;         ///< likewise
+    std::vector<SectionPlacement> placements;  ///< where characteristics of the part ask for them
+    std::vector<SpanPoint> span_points;        ///< likewise
     std::vector<Characteristic> characteristics;
     Compensation compensation;
 
@@ -124,11 +133,15 @@ struct SectionResult {
     /// U95 of the deviation at a contour point, with that of the alignment.
     double deviation_u95_mm(std::size_t point) const;
     const Characteristic* find(std::string_view characteristic_name) const;
+    /// By the best fit of these zones; nullptr: there is none.
+    const SectionPlacement* placement(const ZoneSet& zones) const;
     /// Worst decision of its requirements: reject, undecided, accept; `reported` when it has none and is closed.
     Decision decision() const;
 };
 
-/// Half the 95 % interval of a deviation at a contour point, with that of the alignment (k = 2).
+/// Half the 95 % interval of a deviation at a contour point by the scatter of the points, with that of the alignment
+/// (k = 2); and with what machine, probe and temperature add.
+double scatter_u95_mm(const fitting::ContourPoint& point, const Alignment& alignment);
 double aligned_u95_mm(const fitting::ContourPoint& point, const Alignment& alignment);
 
 /// A characteristic that needs several sections.
@@ -139,14 +152,22 @@ struct PartCharacteristic {
 /// "bow_x of section 2", "lean_x".
 std::string name_of(const PartCharacteristic& c);
 
+/// A file that a result rests on (traceability.hpp).
+struct SourceFile {
+    std::string what, name, sha256;  ///< "Part file", without its folder, empty: not known
+};
+
 /// A whole part with all that the files and the report say about it. A value.
 struct PartResult {
     std::string part_name, part_serial, started_utc, machine, run_id;
-    std::string software_version;  ///< "cmmlive 0.1.0"
+    std::string software_version;     ///< "cmmlive 0.1.0"
+    std::vector<SourceFile> sources;  ///< part file, nominal, tolerances (traceability.hpp)
+    std::string plan_hash;            ///< of the run's plan; empty: not of a run
     double ball_radius_mm = 0.0;
     bool has_nominal = false;
     std::optional<fitting::SixPointFrame> part_frame;  ///< where the part stands on the machine, by six points
     std::string decision_rule;                         ///< in a sentence
+    UncertaintySpec uncertainty;                       ///< what was known of machine, probe and temperature
     bool complete = true;  ///< false: the scan ended early; then the verdict cannot be accept
     std::vector<SectionResult> sections;
     std::vector<PartCharacteristic> characteristics;  ///< that need several sections

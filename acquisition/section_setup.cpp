@@ -21,9 +21,18 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
     setup.fitting = part.fitting;
     setup.alignment = part.alignment;
     setup.gate = part.gate;
+    setup.fields = fitting::ErrorFields(part.uncertainty.errors(), z_mm);
+    double height_mm = z_mm;
+    if (part.uncertainty.correction == ExpansionCorrection::applied) {
+        const auto& fixed_at_mm = part.uncertainty.fixed_at_mm;
+        setup.to_20_c = 1.0 / (1.0 + part.uncertainty.growth());
+        setup.fixed_at_mm = fixed_at_mm.head<2>();
+        setup.ball_radius_mm *= setup.to_20_c;
+        height_mm = fixed_at_mm.z() + setup.to_20_c * (z_mm - fixed_at_mm.z());
+    }
     if (nominal == nullptr) return setup;
 
-    auto contour = nominal->cut(z_mm);
+    auto contour = nominal->cut(height_mm);
     if (!contour) return tl::unexpected(contour.error());
     auto analysed = fitting::analyse_nominal(contour->points, edge_hints(part.nominal, *contour));
     if (!analysed) {
@@ -52,7 +61,7 @@ fitting::SectionOptions section_options(const SectionSetup& setup) {
 }
 
 SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit> fit, const SectionSetup& setup,
-                        const SectionAlignment* shared) {
+                        const SectionAlignment* shared, Lean lean) {
     EvaluationOptions evaluation;
     evaluation.profile_mm = setup.gate.profile_mm;
     evaluation.edge_profile_mm = setup.gate.edge_profile_mm;
@@ -63,11 +72,14 @@ SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit>
     evaluation.rule = setup.gate.rule;
     evaluation.alignment = setup.alignment;
     evaluation.nominal_measures = setup.nominal_measures.get();
+    evaluation.lean = lean;
+    evaluation.plane = setup.plane;
     SectionAlignment unknown;
     if (setup.alignment.kind == AlignmentKind::six_points) {
         if (!setup.frame) unknown = without_frame(setup.alignment);
         shared = setup.frame ? &*setup.frame : &unknown;
     }
+    if (fit && setup.fields.any()) fit->contour_noise.set_fields(setup.fields);
     const ReferenceContour* nominal = setup.nominal ? &setup.nominal->reference : nullptr;
     section = evaluate_section(std::move(section), std::move(fit), nominal, evaluation,
                                setup.nominal ? &setup.nominal->section : nullptr, shared);
@@ -84,7 +96,7 @@ SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<Record
     kept.reserve(points.size());
     later.reserve(points.size());
     for (const auto& point : points) {
-        centres.emplace_back(point.centre_mm.head<2>());
+        centres.push_back(setup.at_20_c(point.centre_mm.head<2>()));
         excluded.push_back(point.verdict.reason);
         kept.push_back(static_cast<char>(point.verdict.kept));
         later.push_back(static_cast<char>(point.pass > 0));

@@ -13,6 +13,7 @@
 #include "acquisition/reference_contour.hpp"
 #include "acquisition/section_alignment.hpp"
 #include "acquisition/section_result.hpp"
+#include "fitting/error_fields.hpp"
 #include "fitting/nominal.hpp"
 
 namespace cmm::acquisition {
@@ -36,9 +37,19 @@ struct SectionSetup {
     std::optional<Eigen::Vector2d> le_hint_mm;  ///< without a nominal: what the part file says
     FittingSpec fitting;
     AlignmentSpec alignment;
-    std::optional<SectionAlignment> frame;  ///< by six points (part_frame.hpp)
+    std::optional<SectionAlignment> frame;           ///< by six points (part_frame.hpp)
+    std::optional<fitting::PlaneUncertainty> plane;  ///< likewise: of the section's height
     GateSpec gate;
     std::shared_ptr<const NominalMeasures> nominal_measures = {};  ///< for `gate`; absent: each judgement makes its own
+    fitting::ErrorFields fields;  ///< of machine, probe and temperature; of nothing where nothing is known
+    /// Where the part file asks for it, points are carried to 20 degrees: this many times their distance from the place
+    /// that stays. The ball and the height at which the nominal is cut are carried with them.
+    double to_20_c = 1.0;
+    Eigen::Vector2d fixed_at_mm = Eigen::Vector2d::Zero();
+
+    Eigen::Vector2d at_20_c(const Eigen::Vector2d& measured_mm) const {
+        return to_20_c == 1.0 ? measured_mm : Eigen::Vector2d(fixed_at_mm + to_20_c * (measured_mm - fixed_at_mm));
+    }
 };
 
 /// Cuts the nominal (nullptr: none) at the height and finds its edges. Errors: those of Nominal::cut, input_invalid
@@ -50,9 +61,9 @@ core::Result<SectionSetup> make_section_setup(const PartFile& part, const Nomina
 fitting::SectionOptions section_options(const SectionSetup& setup);
 
 /// Judges a fit by what the setup says; `section` brings index, name, z and points. `shared`: of the blade's alignment
-/// (nullptr: not known yet).
+/// (nullptr: not known yet). `lean`: by which the error of the 2-D offset is counted.
 SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit> fit, const SectionSetup& setup,
-                        const SectionAlignment* shared = nullptr);
+                        const SectionAlignment* shared = nullptr, Lean lean = Lean::nominal);
 
 /// Judges single sections of a part, compensated in their planes. Give it a part's sections in order: without a nominal
 /// or hint the first section's edge with the larger radius is the LE, and the following sections take the edge next to

@@ -7,6 +7,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "fitting/chord.hpp"
+#include "fitting/radius_uncertainty.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -45,17 +46,24 @@ std::string model_note(const fitting::EdgeFit& edge) {
     return note;
 }
 
-Characteristic edge_radius(const char* name, const fitting::EdgeFit& edge, std::optional<fitting::EdgeModel> asked,
-                           double error) {
+/// `error`: that of the 2-D offset at the nose.
+Characteristic edge_radius(const char* name, const fitting::SectionFit& fit, Zone zone,
+                           std::optional<fitting::EdgeModel> asked, double error) {
+    const fitting::EdgeFit& edge = zone == Zone::le ? fit.le : fit.te;
     const std::string method = radius_method_of(edge.model);
     if (!edge.valid) return not_evaluable(name, method, {}, edge.why.empty() ? "no circular edge" : edge.why);
     if (asked && edge.model != *asked)
         return not_evaluable(name, method, {},
                              "the points do not tell the form that was asked for; they give " +
                                  core::fixed(edge.radius_mm, 4) + " mm by another");
-    return reported(name, method, edge.radius_mm, edge.radius_u95_mm + error,
-                    "arc of " + core::fixed(core::deg_from_rad(edge.arc_angle_rad), 0) + " deg, rms " +
-                        core::length_text(edge.rms_mm) + model_note(edge));
+    auto uncertainty = fitting::radius_uncertainty(fit, zone);
+    uncertainty.budget.bound += error;
+    uncertainty.u95 += error;
+    auto c = reported(name, method, edge.radius_mm, uncertainty.u95,
+                      "arc of " + core::fixed(core::deg_from_rad(edge.arc_angle_rad), 0) + " deg, rms " +
+                          core::length_text(edge.rms_mm) + model_note(edge));
+    take_uncertainty(uncertainty, fit.contour_noise, c);
+    return c;
 }
 
 const ContourPoint& nearest_to(const std::vector<ContourPoint>& contour, const Vector2d& point) {
@@ -71,6 +79,18 @@ double size_u95(const ContourPoint& a, const ContourPoint& b) {
            b.offset_error_mm;
 }
 
+/// Of such a size: what the machine does at both places, as if it did the same at both.
+void add_machine(const fitting::SectionFit& fit, const ContourPoint& a, const ContourPoint& b, Characteristic& c) {
+    if (!fit.contour_noise.has_fields()) return;
+    fitting::ErrorBudget budget;
+    budget.bound = a.offset_error_mm + b.offset_error_mm + std::abs(a.machine.known_mm) + std::abs(b.machine.known_mm);
+    budget.noise = (*c.u95 - a.offset_error_mm - b.offset_error_mm) / fit.contour_noise.coverage();
+    for (std::size_t k = 0; k < fitting::error_sources; ++k)
+        budget.machine[k] = a.machine.standard_mm[k] + b.machine.standard_mm[k];
+    c.u95 = fit.contour_noise.coverage() * std::hypot(budget.noise, budget.shared()) + budget.bound;
+    c.budget = budget;
+}
+
 /// The chord and the thickness without a camber line: as the edges and the contour's points say, with bounds of their
 /// uncertainties.
 Characteristic plain_chord(const fitting::SectionFit& fit, const std::string& why) {
@@ -79,6 +99,7 @@ Characteristic plain_chord(const fitting::SectionFit& fit, const std::string& wh
     auto c = reported("chord", "NOSETAIL: between the points where the edges halve the turn of the sides", fit.chord_mm,
                       size_u95(le, te), offset_error_note(le.offset_error_mm + te.offset_error_mm, Unit::mm));
     c.note += (c.note.empty() ? "" : "; ") + why;
+    add_machine(fit, le, te, c);
     return c;
 }
 
@@ -92,13 +113,16 @@ Characteristic plain_thickness(const fitting::SectionFit& fit, const std::string
     auto c = reported("max_thickness", thickness_method, fit.max_thickness_mm, size_u95(worst, worst),
                       offset_error_note(2.0 * worst.offset_error_mm, Unit::mm));
     c.note += (c.note.empty() ? "" : "; ") + why;
+    add_machine(fit, worst, worst, c);
     return c;
 }
 
 Characteristic size_of(const char* name, const fitting::Measure& measure, const fitting::MeasuredSection& measured) {
     const auto uncertainty = measured.uncertainty(measure);
-    return reported(name, std::string(measure.method), measure.value, uncertainty.u95,
-                    offset_error_note(uncertainty.offset_error, Unit::mm));
+    auto c = reported(name, std::string(measure.method), measure.value, uncertainty.u95,
+                      offset_error_note(uncertainty.offset_error, Unit::mm));
+    take_uncertainty(uncertainty, measured.fit().contour_noise, c);
+    return c;
 }
 
 }  // namespace
@@ -106,10 +130,10 @@ Characteristic size_of(const char* name, const fitting::Measure& measure, const 
 void add_sizes(SectionResult& section, fitting::MeasuredSection& measured, const EvaluationOptions& options) {
     const auto& fit = *section.fit;
     auto& out = section.characteristics;
-    out.push_back(
-        edge_radius("le_radius", fit.le, options.le_model, nearest_to(fit.contour, fit.le_point_mm).offset_error_mm));
-    out.push_back(
-        edge_radius("te_radius", fit.te, options.te_model, nearest_to(fit.contour, fit.te_point_mm).offset_error_mm));
+    out.push_back(edge_radius("le_radius", fit, Zone::le, options.le_model,
+                              nearest_to(fit.contour, fit.le_point_mm).offset_error_mm));
+    out.push_back(edge_radius("te_radius", fit, Zone::te, options.te_model,
+                              nearest_to(fit.contour, fit.te_point_mm).offset_error_mm));
     const auto chord = fitting::measure_chord(measured, fitting::ChordMethod::nose_tail);
     out.push_back(chord ? size_of("chord", *chord, measured) : plain_chord(fit, chord.error().message));
     const auto thickness = fitting::measure_max_thickness(measured);

@@ -18,19 +18,32 @@ std::optional<Vector3d> read_vector(const core::ConfigTable& table, std::string_
     return Vector3d(values[0], values[1], values[2]);
 }
 
-DatumPlace read_place(const core::ConfigTable& table) {
+DatumPlace read_place(const core::ConfigTable& table, std::string_view at_key, std::string_view direction_key) {
     DatumPlace place;
-    if (const auto at = read_vector(table, "at_mm"))
+    if (const auto at = read_vector(table, at_key))
         place.at_mm = *at;
-    else if (!table.has("at_mm"))
-        table.complain("at_mm", "is missing: the place on the part, [x, y, z]");
-    place.normal = read_vector(table, "direction");
+    else if (!table.has(at_key))
+        table.complain(at_key, "is missing: the place on the part, [x, y, z]");
+    place.normal = read_vector(table, direction_key);
     if (!place.normal) return place;
     if (place.normal->norm() > 0.0)
         place.normal->normalize();
     else
-        table.complain("direction", "must not be zero: it points out of the material");
+        table.complain(direction_key, "must not be zero: it points out of the material");
     return place;
+}
+
+DatumSpec read_datum(const core::ConfigTable& table) {
+    DatumSpec datum{read_place(table, "at_mm", "direction"), std::nullopt};
+    if (table.has("opposite_mm") || table.has("opposite_direction"))
+        datum.opposite = read_place(table, "opposite_mm", "opposite_direction");
+    return datum;
+}
+
+fitting::DatumPoint point_of(const DatumSpec& datum) {
+    fitting::DatumPoint point{datum.at_mm, datum.normal.value_or(Vector3d::Zero())};
+    if (datum.opposite) point.opposite = {datum.opposite->at_mm, datum.opposite->normal.value_or(Vector3d::Zero())};
+    return point;
 }
 
 }  // namespace
@@ -56,11 +69,11 @@ std::optional<SixPointSpec> read_six_points(const core::ConfigTable& alignment, 
     bool all = true;
     fitting::SixPoints known;
     for (std::size_t i = 0; i < points.size(); ++i) {
-        const auto place = read_place(points[i]);
+        const auto datum = read_datum(points[i]);
         if (i >= known.size()) continue;
-        spec.places[i] = place;
-        known[i] = {place.at_mm, place.normal.value_or(Vector3d::Zero())};
-        all = all && place.normal;
+        spec.places[i] = datum;
+        known[i] = point_of(datum);
+        all = all && datum.normal && (!datum.opposite || datum.opposite->normal);
     }
     if (points.size() != fitting::datum_points) {
         alignment.complain("point", "six are needed, one for each way that a part can move; there are " +

@@ -16,8 +16,13 @@ struct DatumPlace {
     std::optional<Eigen::Vector3d> normal;            ///< unit, out of the material; none: that of the nominal there
 };
 
+/// One touch, or the middle of two.
+struct DatumSpec : DatumPlace {
+    std::optional<DatumPlace> opposite;
+};
+
 struct SixPointSpec {
-    std::array<DatumPlace, fitting::datum_points> places;
+    std::array<DatumSpec, fitting::datum_points> places;
     fitting::SixPointOptions options;
     double largest_condition = fitting::largest_condition_default;
     /// How far above its place a touch begins, and how far below it ends without contact: by so much may the part stand

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "fitting/datum.hpp"
 #include "fitting/measured_section.hpp"
 
 namespace cmm::acquisition {
@@ -23,10 +24,11 @@ double place_on_side(const fitting::NominalSection& nominal, fitting::Zone side,
 }  // namespace
 
 std::optional<SpanPoint> span_point(const fitting::SectionFit& fit, const fitting::NominalSection& nominal,
-                                    const fitting::PlaneMotion& alignment, const CharacteristicSpec& spec) {
+                                    const Alignment& alignment, const CharacteristicSpec& spec) {
     const auto on_nominal = nominal.curve().evaluate(place_on_side(nominal, spec.side, spec.share));
-    const fitting::Vec2 foot = alignment.apply(on_nominal.position);
-    const fitting::Vec2 normal = alignment.apply_to_direction(on_nominal.normal);
+    const auto& motion = alignment.motion;
+    const fitting::Vec2 foot = motion.apply(on_nominal.position);
+    const fitting::Vec2 normal = motion.apply_to_direction(on_nominal.normal);
     const fitting::MeasuredSection measured(fit);
     const auto place = measured.contour().crossing(foot, normal, measured.contour().whole());
     if (place.index >= measured.contour().size()) return std::nullopt;
@@ -35,9 +37,12 @@ std::optional<SpanPoint> span_point(const fitting::SectionFit& fit, const fittin
     out.deviation_mm = (measured.contour().position(place) - foot).dot(normal);
     const double cosine = measured.contour().normal(place).dot(normal);
     if (std::abs(out.deviation_mm) > farthest_mm || cosine < 0.5) return std::nullopt;
-    fitting::Measure measure{"", out.deviation_mm, {}, 0.0};
+    fitting::Measure measure{"", out.deviation_mm, {}, {}};
     measured.contour().add(place, 1.0 / cosine, measure.slopes);
-    out.standard_mm = measured.uncertainty(measure).standard;
+    const auto uncertainty = measured.uncertainty(measure);
+    out.scatter_mm = uncertainty.scatter;
+    out.place_mm = uncertainty.place;
+    out.loads = uncertainty.loads - alignment.loads.transpose() * fitting::answer_to_motion(motion, foot, normal);
     return out;
 }
 

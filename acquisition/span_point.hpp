@@ -14,6 +14,6 @@ namespace cmm::acquisition {
 /// the TE's. `alignment` leads from the nominal to the measured section. None where the measured contour does not pass
 /// there.
 std::optional<SpanPoint> span_point(const fitting::SectionFit& fit, const fitting::NominalSection& nominal,
-                                    const fitting::PlaneMotion& alignment, const CharacteristicSpec& spec);
+                                    const Alignment& alignment, const CharacteristicSpec& spec);
 
 }  // namespace cmm::acquisition

@@ -19,7 +19,8 @@ tl::unexpected<core::Error> wrong_at(const std::string& place, const std::string
 bool is_same_requirement(const CharacteristicSpec& a, const CharacteristicSpec& b) {
     return a.kind == b.kind && a.label == b.label && a.distance_mm == b.distance_mm && a.near_mm == b.near_mm &&
            a.far_mm == b.far_mm && a.nominal == b.nominal && a.below == b.below && a.above == b.above &&
-           a.root == b.root && a.tip == b.tip && a.le_change_mm == b.le_change_mm && a.te_change_mm == b.te_change_mm;
+           a.root == b.root && a.tip == b.tip && a.reference_section == b.reference_section &&
+           a.fit_zones == b.fit_zones && a.le_change_mm == b.le_change_mm && a.te_change_mm == b.te_change_mm;
 }
 
 class TolSections {
@@ -158,6 +159,14 @@ class TolSections {
                 return tl::unexpected(status.error());
             if (auto status = end_of(find(TolWord::tip_section), spec.tip); !status)
                 return tl::unexpected(status.error());
+            if (auto status = end_of(find(TolWord::reference_section), spec.reference_section); !status)
+                return tl::unexpected(status.error());
+        }
+        if (const TolEntry* exclude = find(TolWord::exclude); exclude != nullptr && needs_best_fit(spec.kind)) {
+            if (is_of_part(spec.kind) && !exclude->of_all)
+                return wrong_at(exclude->place, "EXCLUDE1 of a single section: " + entry.keyword +
+                                                    " compares sections, whose best fits have to be of the same sides");
+            spec.fit_zones = exclude->fit_zones;
         }
         set_requirement(entry, spec);
         spec.label = label_of(spec, spec.kind == Kind::chord ? "tangent" : "");

@@ -30,6 +30,8 @@ constexpr std::array known_words{KnownWord{"LE_OFFSET", TolWord::le_offset, true
                                  KnownWord{"TE_CHANGE", TolWord::te_change},
                                  KnownWord{"ROOTSECT", TolWord::root_section},
                                  KnownWord{"TIPSECT", TolWord::tip_section},
+                                 KnownWord{"REFSECT", TolWord::reference_section},
+                                 KnownWord{"EXCLUDE1", TolWord::exclude},
                                  KnownWord{"CHORD", TolWord::calculation},
                                  KnownWord{"CHDANG", TolWord::calculation},
                                  KnownWord{"MAXTHK", TolWord::calculation},
@@ -38,31 +40,37 @@ constexpr std::array known_words{KnownWord{"LE_OFFSET", TolWord::le_offset, true
                                  KnownWord{"LEANGLE", TolWord::calculation},
                                  KnownWord{"TEANGLE", TolWord::calculation},
                                  KnownWord{"TWIST", TolWord::calculation},
+                                 KnownWord{"RELTWIST", TolWord::calculation},
                                  KnownWord{"LECONT", TolWord::calculation},
                                  KnownWord{"TECONT", TolWord::calculation},
                                  KnownWord{"CVCONT", TolWord::calculation},
                                  KnownWord{"CCCONT", TolWord::calculation},
                                  KnownWord{"BOWT", TolWord::calculation}};
 
-/// Words of the field's help that nothing here answers to, and what does instead. EXCLUDE1 to EXCLUDE5 leave sides out
-/// of a best fit by bits of a number; which bit is which side the help does not say.
+/// Words of the field's help that nothing here answers to: most belong to a method or a best fit that a flavor file
+/// chooses, which is not read.
 struct OtherWord {
     std::string_view name, instead;
     std::size_t from = 1, to = 1;  ///< numbers that may follow it
 };
-constexpr std::string_view own_window =
-    "an edge's radius is told from the points that its form explains, not from a zone";
-constexpr std::string_view across_camber = "thicknesses are measured across the camber line, not along a square end";
+constexpr std::string_view edge_arc =
+    "it is the ring of points of a best fit by an edge's arc (LEARC, TEARC), which a flavor file chooses; the best fit "
+    "here is of all zones but those of EXCLUDE1";
+constexpr std::string_view across_camber =
+    "it is the zone of the methods SQUARE and OFFSETFLAT, which a flavor file chooses; thicknesses are measured by "
+    "their "
+    "defaults, TIPARC and NORMAL, across the camber line";
+constexpr std::string_view first_fit = "it is of a second best fit, which a flavor file says; EXCLUDE1 is evaluated";
 constexpr std::string_view from_x = "angles are from +x of the part frame; write the nominal that follows from it";
 constexpr std::array other_words{
-    OtherWord{"LE_RADII", own_window},
-    OtherWord{"TE_RADII", own_window},
+    OtherWord{"LE_RADII", edge_arc},
+    OtherWord{"TE_RADII", edge_arc},
     OtherWord{"LE_FLAT_SIZE", across_camber, 1, most_of_a_kind},
     OtherWord{"TE_FLAT_SIZE", across_camber, 1, most_of_a_kind},
-    OtherWord{"REFSECT", "ask for [[characteristic]] relative_twist with its reference_section"},
     OtherWord{"ROOTANG", from_x},
     OtherWord{"ROOTANGSECT", from_x},
-    OtherWord{"EXCLUDE", "which zones take part in the alignment is said by zones of [alignment]", 1, 5}};
+    OtherWord{"RELTWIST", "which section or datum it is relative to is in a flavor file; RELTWIST is evaluated", 2, 2},
+    OtherWord{"EXCLUDE", first_fit, 2, 5}};
 
 struct NumberedWord {
     std::string name;
@@ -134,11 +142,14 @@ class TolReader {
         entry.keyword = keyword;
         entry.which = known->numbered ? numbered.which : 1;
         entry.place = place_of(line);
+        entry.of_all = tol_.blocks.size() == 1;
         core::Status status;
         if (known->word == TolWord::calculation) {
             entry.kind = characteristic_kind_from(known->name);
             status = calculation(line, entry);
-        } else if (known->word == TolWord::root_section || known->word == TolWord::tip_section) {
+        } else if (known->word == TolWord::exclude) {
+            status = excluded(line, entry);
+        } else if (names_section(known->word)) {
             const auto name = section_name(line);
             if (!name) return tl::unexpected(name.error());
             entry.section = *name;
@@ -180,6 +191,22 @@ class TolReader {
     core::Result<std::string> section_name(const KeywordLine& line) const {
         if (line.cells.size() < 2) return file_.wrong(line, 0, line.keyword() + " needs the name of a section");
         return std::string(line.cells[1].text);
+    }
+
+    static bool names_section(TolWord word) {
+        return word == TolWord::root_section || word == TolWord::tip_section || word == TolWord::reference_section;
+    }
+
+    /// Bits of the sides that are left out: convex 1, concave 2, LE 4, TE 8 ("Exclusion Zones for Bestfit").
+    core::Status excluded(const KeywordLine& line, TolEntry& entry) const {
+        using fitting::Zone;
+        constexpr std::array by_bit{Zone::suction, Zone::pressure, Zone::le, Zone::te};
+        const auto bits = file_.count(line, 1, "EXCLUDE1", 0, 15);
+        if (!bits) return tl::unexpected(bits.error());
+        if (*bits == 15) return file_.wrong(line, 1, "all sides are left out of the best fit: nothing is left to fit");
+        for (std::size_t k = 0; k < by_bit.size(); ++k)
+            entry.fit_zones[static_cast<std::size_t>(by_bit[k])] = ((*bits >> k) & 1U) == 0;
+        return file_.at_most(line, 2);
     }
 
     core::Status offsets(const KeywordLine& line, std::size_t count, TolEntry& entry) {

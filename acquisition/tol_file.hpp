@@ -24,7 +24,9 @@ enum class TolWord : std::uint8_t {
     te_change,
     root_section,
     tip_section,
-    calculation,  ///< a characteristic with its tolerance
+    reference_section,  ///< of RELTWIST
+    exclude,            ///< zones that take no part in the best fit
+    calculation,        ///< a characteristic with its tolerance
 };
 
 /// A line, in millimetres and radians.
@@ -38,6 +40,8 @@ struct TolEntry {
     bool are_limits = false;                 ///< of a calculation: upper and lower are limits, not deviations
     std::optional<double> nominal;           ///< of a calculation
     std::string section;                     ///< that the word names
+    ZoneSet fit_zones = all_zones;           ///< of exclude: those that are left
+    bool of_all = true;                      ///< it stands before the first SECTION
 };
 
 /// The lines that hold for one section, or for all of them.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acquisition/worst_place.hpp"
 #include "fitting/statistics.hpp"
 
 namespace cmm::acquisition {
@@ -22,7 +23,17 @@ double excess_mm(const Exceedance& place) {
 ToleranceWatch::ToleranceWatch(const SectionSetup& setup, std::size_t expected)
     : setup_(&setup),
       coverage_(fitting::coverage_95_of_largest(risk_divided_by *
-                                                (expected > 0 ? static_cast<double>(expected) : looks_when_unknown))) {}
+                                                (expected > 0 ? static_cast<double>(expected) : looks_when_unknown))),
+      shared_coverage_(fitting::coverage_95_of_largest(risk_divided_by * shared_values)) {}
+
+/// What machine, probe and temperature may do at a place of the part.
+double ToleranceWatch::machine_mm(const Eigen::Vector2d& position_mm, const Eigen::Vector2d& normal,
+                                  double rise) const {
+    if (!setup_->fields.any()) return 0.0;
+    const auto loads = setup_->fields.at(position_mm, normal, rise);
+    const double standard_mm = std::hypot(std::sqrt(fitting::variance_of(loads)), setup_->fields.place_mm(rise));
+    return shared_coverage_ * standard_mm + std::abs(fitting::known_of(loads));
+}
 
 std::optional<double> ToleranceWatch::limit_of(fitting::Zone zone) const {
     if (setup_->alignment.kind != AlignmentKind::none) return std::nullopt;
@@ -48,7 +59,7 @@ std::optional<double> ToleranceWatch::limit_at(double s_mm) const {
 /// None: nothing speaks for the place being out.
 std::optional<Exceedance> ToleranceWatch::look(const fitting::LiveSpline::Point& place) {
     Exceedance found;
-    found.position_mm = place.position - setup_->ball_radius_mm * place.normal;
+    found.position_mm = setup_->at_20_c(place.position) - setup_->ball_radius_mm * place.normal;
     found.sequence = place.sequence;
     const auto compared = setup_->nominal->reference.compare(found.position_mm, place.normal, near_mm_);
     near_mm_ = compared.s_mm;
@@ -58,7 +69,8 @@ std::optional<Exceedance> ToleranceWatch::look(const fitting::LiveSpline::Point&
     found.zone = setup_->nominal->section.zone_at(compared.s_mm);
     found.limit_mm = *limit;
     found.deviation_mm = *compared.deviation_mm;
-    found.guard_mm = coverage_ * place.sigma_mm + (found.deviation_mm > 0.0 ? compared.offset_error_mm : 0.0);
+    found.guard_mm = coverage_ * place.sigma_mm + (found.deviation_mm > 0.0 ? compared.doubted_error_mm : 0.0) +
+                     machine_mm(found.position_mm, place.normal, compared.rise);
     return excess_mm(found) > 0.0 ? std::optional(found) : std::nullopt;
 }
 
@@ -86,8 +98,8 @@ void ToleranceWatch::see(const fitting::LiveSpline::Point& place, const Eigen::V
     // Seen along the place's normal, the sample lies as far from the nominal as the place and then beside the place.
     const double beside_mm = (centre_mm - place.position).dot(place.normal);
     const double off_mm = (outside ? 1.0 : -1.0) * (found->deviation_mm + beside_mm);
-    const double offset_error_mm = found->guard_mm - coverage_ * place.sigma_mm;
-    excess_mm_[row_ % in_a_row] = off_mm - offset_error_mm - 0.5 * found->limit_mm;
+    const double no_noise_mm = found->guard_mm - coverage_ * place.sigma_mm;
+    excess_mm_[row_ % in_a_row] = off_mm - no_noise_mm - 0.5 * found->limit_mm;
     if (++row_ < in_a_row || !samples_are_out(noise_mm)) return;
     // Of a row that has just become long enough all count, of a longer one the newest.
     for (const auto& one : last_)

@@ -17,7 +17,7 @@ struct Exceedance {
     fitting::Zone zone = fitting::Zone::suction;
     Eigen::Vector2d position_mm = Eigen::Vector2d::Zero();  ///< on the part
     double deviation_mm = 0.0;                              ///< signed, positive: too much material
-    double guard_mm = 0.0;       ///< of the deviation: what noise may do, and the 2-D offset error where it counts
+    double guard_mm = 0.0;       ///< of the deviation: what noise may do, and what is no noise
     double limit_mm = 0.0;       ///< full width of the zone, as in the part file
     std::uint64_t sequence = 0;  ///< of the sample
 };
@@ -26,7 +26,8 @@ struct Exceedance {
 /// eleven neighbours in a row, all touched and none in doubt, lie on one side of the nominal beyond half the width of
 /// their profile zone, each by more than its guard. The guard holds for all looks at a section together: k sigma, k by
 /// Sidak (1967) so that of a part just within tolerance one in a thousand sections is called out at most (normal
-/// noise), and where there is too much material the error of the 2-D offset (A22). As at a jump of the curvature the
+/// noise), where there is too much material the error of the 2-D offset (A22), and what machine, probe and temperature
+/// may do to all points alike, at the same risk, added. As at a jump of the curvature the
 /// smoothed places can be farther off than they say, all of them together, the mean of the eleven samples themselves
 /// has to lie out as well, by k of its own standard deviations. A bad point is no neighbour in the row, and runs of bad
 /// points are shorter than it. Near the border of an edge the wider limit counts, because the measured edge may end
@@ -49,10 +50,11 @@ class ToleranceWatch {
     std::optional<double> limit_at(double s_mm) const;
     std::optional<double> limit_of(fitting::Zone zone) const;
     std::optional<Exceedance> look(const fitting::LiveSpline::Point& place);
+    double machine_mm(const Eigen::Vector2d& position_mm, const Eigen::Vector2d& normal, double rise) const;
     bool samples_are_out(double noise_mm) const;
 
     const SectionSetup* setup_;
-    double coverage_;
+    double coverage_, shared_coverage_;
     std::uint64_t seen_ = 0;
     std::optional<double> near_mm_;
     std::size_t row_ = 0;

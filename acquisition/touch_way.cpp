@@ -15,7 +15,6 @@ constexpr double largest_turn_rad = 0.5236;
 
 // What a controller that latches in its servo cycle of 1 ms can take: 2 um (docs/linuxcnc.md).
 constexpr double fastest_touch_mm_s = 2.0;
-constexpr double draw_back_mm_s = 5.0;  // of LinuxCNC's driver; for estimates only
 
 double beside_mm(const drivers::PathPoint& place, const Eigen::Vector3d& contact_mm) {
     return (contact_mm - place.centre_mm).cross(place.normal).norm();
@@ -41,26 +40,6 @@ core::Result<bool> measures_by_touches(const drivers::Capabilities& machine, boo
 
 double touch_speed_mm_s(const Plan& plan) {
     return std::min(fastest_touch_mm_s, plan.approach_speed_mm_s);
-}
-
-TouchTimes touch_times(const Plan& plan) {
-    TouchTimes times;
-    times.total_s = plan.duration_s;
-    const double place_s = plan.approach_mm / touch_speed_mm_s(plan) + plan.approach_mm / draw_back_mm_s;
-    for (const auto& path : plan.paths) {
-        double way_mm = 0.0;
-        for (std::size_t i = 1; i < path.points.size(); ++i) {
-            Eigen::Vector3d at = above(path.points[i - 1], plan.approach_mm);
-            for (const auto& point : way_between(path.points[i - 1], path.points[i], plan.approach_mm)) {
-                way_mm += (point - at).norm();
-                at = point;
-            }
-        }
-        const auto places = static_cast<double>(path.points.size());
-        times.sections_s.push_back(way_mm / plan.approach_speed_mm_s + places * place_s);
-        times.total_s += times.sections_s.back() - path.duration_s;
-    }
-    return times;
 }
 
 std::vector<Eigen::Vector3d> way_between(const drivers::PathPoint& from, const drivers::PathPoint& to,

@@ -27,13 +27,6 @@ core::Result<bool> measures_by_touches(const drivers::Capabilities& machine, boo
 /// Speed of a touch, mm/s.
 double touch_speed_mm_s(const Plan& plan);
 
-/// How long the sections of a plan take by touches, s: what the motions take; controllers add their time for commands.
-struct TouchTimes {
-    std::vector<double> sections_s;  ///< one a path of the plan, without travel
-    double total_s = 0.0;            ///< with travel
-};
-TouchTimes touch_times(const Plan& plan);
-
 /// Way points from above `from` to above `to`, the last of them: straight where the normals agree, round an edge in
 /// steps of at most 30 degrees, so that the straight way between two of them stays off the part.
 std::vector<Eigen::Vector3d> way_between(const drivers::PathPoint& from, const drivers::PathPoint& to,

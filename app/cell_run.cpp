@@ -67,7 +67,7 @@ core::Status CellRun::prepare(const Order& order) {
     if (!part) return tl::unexpected(part.error());
     if (order.wait_s >= 0.0) part->scan.wait_s = order.wait_s;
     if (order.stop_when_rejected) part->scan.stop_when_rejected = true;
-    auto request = new_request(std::move(*part), order.folder, link_.endpoint.text());
+    auto request = new_request(std::move(*part), order.folder, link_);
     if (!request) return tl::unexpected(request.error());
     auto machine = machine_registry().make(link_, drivers::DriverContext{strand_, clock_, random_seed()});
     if (!machine) return tl::unexpected(machine.error());
@@ -99,7 +99,8 @@ core::Status CellRun::write_files() const {
     return acquisition::write_outputs(outcome_->result, folder_);
 }
 
-/// A section that is rejected, while it is measured or behind its last point, settles the verdict (docs/cli.md).
+/// A section that is rejected for certain, while it is measured or behind its last point, settles the verdict
+/// (docs/cli.md).
 void CellRun::hear(const acquisition::Event& event) {
     if (event.kind == EventKind::resume) return hooks_.held(Reason::none);
     const bool hold = event.kind == EventKind::hold;
@@ -118,6 +119,7 @@ void CellRun::hear(const acquisition::Event& event) {
         return;
     }
     if (fields.value("decision", "") != "reject") return;
+    if (!fields.value("while_measuring", false) && !fields.value("certain", false)) return;
     const auto arrived = clock_.now() - core::from_ms(timed ? latency->get<double>() : latency_ms_);
     hooks_.rejected(fields.value("section", std::size_t{0}) + 1, arrived);
 }

@@ -5,6 +5,7 @@
 #include "acquisition/nominal.hpp"
 #include "acquisition/part_file.hpp"
 #include "app/commands.hpp"
+#include "app/config_keys.hpp"
 #include "app/console.hpp"
 #include "core/config.hpp"
 #include "core/text.hpp"
@@ -14,32 +15,6 @@
 
 namespace cmm::app {
 namespace {
-
-constexpr const char* part_keys = R"(part file (docs/part-file.md):
-  [part]    name, kind = "blade", serial
-  [nominal] kind = "sections" | "parametric" | "mesh" | "step" | "nom" | "none", files, solid (of a STEP file),
-            skip (of a .NOM file), span = "auto" | "x" | "y" | "z", le_hint_mm
-  [nominal.blade] chord_root_mm, chord_tip_mm, thickness_root_mm, thickness_tip_mm, camber_deg, stagger_root_deg,
-            stagger_tip_deg, le_radius_mm, te_radius_mm, lean_x_deg, lean_y_deg, z_root_mm, z_tip_mm
-  [stylus]  radius_mm, shank_radius_mm, length_mm
-  [scan]    heights_mm or from_mm, to_mm, count; pitch_mm, edge_density, max_speed_mm_s, clearance_mm, approach_mm,
-            search_mm, wait_s, stop_when_rejected; without a nominal: start_mm, toward_mm, box_mm
-  [gate]    profile_mm, edge_profile_mm
-  [tolerance] file (.TOL), skip
-  [[characteristic]] name, method, label, sections, nominal_*, tolerance_* or lower_* and upper_* (mm, deg, mm2, per_mm or nothing);
-            distance_mm, near_mm, far_mm, reference, direction_deg, zone, window_mm
-  [actual]  (simulation) kind, files, span, noise_um, bad_points_percent, thicken_mm, twist_deg, shift_mm; [actual.blade]
-machine file (config/machines/*.toml):
-  [link]    url, map, timeouts
-  [dro]     (dro+serial, docs/dro.md) format, numbers = "decimal" | "integer", unit = "mm" | "inch", count, decimals,
-            decimal_comma, point_tags, end, request, request_every_ms
-  [linuxcnc] (linuxcnc, docs/linuxcnc.md) connect_password, enable_password, joints, reset_estop, limit_min_mm,
-            limit_max_mm, max_speed_mm_s, max_acceleration_mm_s2, latch_delay_us, home_patience_s
-  [controller] (simulation) limits, speeds, sample clock
-register map (config/maps/*.toml): docs/protocol-modbus.md
-fault plan (config/faults/*.toml, docs/reliability.md):
-  seed, [[fault]] what; samples, requests or seconds; again, for_s, times and what belongs to the kind
-)";
 
 std::string kind_text(acquisition::NominalKind kind) {
     switch (kind) {
@@ -114,9 +89,9 @@ core::Result<std::string> checked(const std::string& file) {
 int run_config(const ConfigOptions& options) {
     if (options.action == "explain") {
         if (options.json) {
-            std::printf("{%s}\n", acquisition::JsonFields().add("keys", part_keys).text().c_str());
+            std::printf("{%s}\n", acquisition::JsonFields().add("keys", config_keys).text().c_str());
         } else {
-            std::printf("%s", part_keys);
+            std::printf("%s", config_keys);
         }
         return 0;
     }

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "app/browser.hpp"
 #include "app/commands.hpp"
 #include "app/console.hpp"
 #include "app/scan_runner.hpp"
@@ -9,6 +10,18 @@
 #include "sim/simulator.hpp"
 
 namespace cmm::app {
+
+namespace {
+
+/// A person who watches gets the page without asking for it, on a free port; a demo that is over at once has none.
+PageSettings page_of(const DemoOptions& options) {
+    PageSettings page = options.page;
+    page.show = options.browser && !options.json && browser_at_hand();
+    if (page.show && page.listen.empty() && options.speed > 0.0) page.listen = "127.0.0.1:0";
+    return page;
+}
+
+}  // namespace
 
 int run_demo(const DemoOptions& options) {
     const auto folder = config_folder();
@@ -33,7 +46,7 @@ int run_demo(const DemoOptions& options) {
     runner.out = options.out;
     runner.events = options.events;
     runner.wait_s = options.wait_s;
-    runner.page = options.page;
+    runner.page = page_of(options);
     runner.json = options.json;
     runner.title =
         "a simulated machine listens on " + (*machine)->url() + "; scanning " + simulator.part_file +

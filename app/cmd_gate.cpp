@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/exports.hpp"
 #include "acquisition/run_results.hpp"
+#include "acquisition/traceability.hpp"
 #include "app/commands.hpp"
 #include "app/console.hpp"
 #include "app/run_input.hpp"
@@ -19,8 +20,9 @@ int run_gate(const GateOptions& options) {
     const std::size_t looks = part->gate.rule.looks;  // at these points; another file does not change that
     part->gate = *gate;
     part->gate.rule.looks = looks;
-    const auto result = acquisition::results_of_run(run_file, &*part);
+    auto result = acquisition::results_of_run(run_file, &*part);
     if (!result) return report(result.error(), options.json);
+    result->sources.push_back(acquisition::source_file("Gate", options.gate));
     return print_result(*result, options.input, options.json);
 }
 

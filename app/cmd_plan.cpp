@@ -6,6 +6,7 @@
 #include "acquisition/json_text.hpp"
 #include "acquisition/plan.hpp"
 #include "acquisition/plan_check.hpp"
+#include "acquisition/plan_times.hpp"
 #include "acquisition/touch_way.hpp"
 #include "app/ask_machine.hpp"
 #include "app/commands.hpp"
@@ -21,26 +22,25 @@ using acquisition::JsonFields;
 struct Planned {
     acquisition::Plan plan;
     bool by_touches = false;
-    acquisition::TouchTimes times;
-
-    double total_s() const { return by_touches ? times.total_s : plan.duration_s; }
-    double section_s(std::size_t index) const {
-        return by_touches ? times.sections_s[index] : plan.paths[index].duration_s;
-    }
+    acquisition::PlanTimes times;
 };
 
 void print_plan(const Planned& planned, const std::vector<acquisition::Finding>& findings) {
     const auto& plan = planned.plan;
     std::printf("%s: %zu sections, %s mm to %s, about %s s; plan %s\n", plan.part_name.c_str(), plan.paths.size(),
                 core::fixed(plan.length_mm, 1).c_str(), planned.by_touches ? "touch point by point" : "scan",
-                core::fixed(planned.total_s(), 1).c_str(), plan.hash.c_str());
+                core::fixed(planned.times.total_s, 1).c_str(), plan.hash.c_str());
+    if (planned.times.alignment_s > 0.0)
+        std::printf("six datum points first: %zu touches a round, %d rounds, about %s s of it\n",
+                    plan.datum_touches.size(), acquisition::usual_datum_rounds,
+                    core::fixed(planned.times.alignment_s, 1).c_str());
     std::printf("section         z   points   length  %s\n", planned.by_touches ? "touch" : " scan");
     for (std::size_t i = 0; i < plan.paths.size(); ++i) {
         const auto& path = plan.paths[i];
         const std::string points = path.points.empty() ? "?" : std::to_string(path.points.size());
         std::printf("%7zu %9s %8s %8s %6s\n", path.section, (core::fixed(path.z_mm, 3)).c_str(), points.c_str(),
                     (core::fixed(path.length_mm, 1) + " mm").c_str(),
-                    (core::fixed(planned.section_s(i), 1) + " s").c_str());
+                    (core::fixed(planned.times.sections_s[i], 1) + " s").c_str());
     }
     for (const auto& finding : findings) {
         std::printf("%s: %s\n", std::string(acquisition::to_string(finding.severity)).c_str(), finding.text.c_str());
@@ -65,7 +65,7 @@ std::string plan_json(const Planned& planned, const std::vector<acquisition::Fin
                      .add("z_mm", path.z_mm, 4)
                      .add("points", path.points.size())
                      .add("length_mm", path.length_mm, 3)
-                     .add("duration_s", planned.section_s(i), 2)
+                     .add("duration_s", planned.times.sections_s[i], 2)
                      .text() +
                  "}";
     }
@@ -75,7 +75,8 @@ std::string plan_json(const Planned& planned, const std::vector<acquisition::Fin
                .add("hash", plan.hash)
                .add("length_mm", plan.length_mm, 3)
                .add("by_touches", planned.by_touches)
-               .add("duration_s", planned.total_s(), 2)
+               .add("duration_s", planned.times.total_s, 2)
+               .add("alignment_s", planned.times.alignment_s, 2)
                .raw("paths", "[" + paths + "]")
                .raw("findings", "[" + list + "]")
                .text() +
@@ -108,7 +109,7 @@ int run_plan(const PlanOptions& options) {
     auto plan = acquisition::make_plan(*part, nominal->get(), known);
     if (!plan) return report(plan.error(), options.json);
     const auto findings = acquisition::check_plan(*plan, *part, nominal->get(), known, planned.by_touches);
-    planned.times = acquisition::touch_times(*plan);
+    planned.times = acquisition::plan_times(*plan, planned.by_touches);
     planned.plan = std::move(*plan);
     if (!options.out.empty()) {
         if (auto status = core::write_file(options.out, acquisition::plan_to_text(planned.plan)); !status)

@@ -15,6 +15,7 @@ struct PageSettings {
     std::string runs;        ///< folder whose runs are listed
     std::vector<std::string> hosts;
     bool stay = false;  ///< the page outlives the run, until Ctrl-C
+    bool show = false;  ///< in the user's browser
 };
 
 struct DemoOptions {
@@ -25,6 +26,7 @@ struct DemoOptions {
     std::string events;    ///< file, "-" = standard output, empty = none
     double wait_s = -1.0;  ///< negative: as the part file says
     PageSettings page;
+    bool browser = true;  ///< shows the page, where there is one
     bool json = false;
 };
 int run_demo(const DemoOptions& options);

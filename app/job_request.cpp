@@ -10,6 +10,7 @@
 
 #include "acquisition/nominal.hpp"
 #include "acquisition/run_results.hpp"
+#include "acquisition/traceability.hpp"
 #include "app/console.hpp"
 
 namespace cmm::app {
@@ -29,14 +30,16 @@ std::uint64_t random_seed() {
 }
 
 core::Result<acquisition::ScanRequest> new_request(acquisition::PartFile part, const std::string& out,
-                                                   const std::string& machine_url) {
+                                                   const drivers::LinkSettings& machine) {
     auto nominal = acquisition::load_nominal(part.nominal);
     if (!nominal) return tl::unexpected(nominal.error());
     acquisition::ScanRequest request;
+    request.sources = acquisition::sources_of(part);
     request.part = std::move(part);
     request.nominal = std::move(*nominal);
     request.run_file = out + "/run.cmmrun";
-    request.machine_url = machine_url;
+    request.machine_url = machine.endpoint.text();
+    request.machine_errors = machine.errors;
     request.software_version = "cmmlive " + version();
     request.started_utc = utc_now();
     request.run_id = new_run_id(request.started_utc);

@@ -9,6 +9,7 @@
 #include "acquisition/scan_job.hpp"
 #include "core/error.hpp"
 #include "drivers/machine.hpp"
+#include "drivers/machine_file.hpp"
 
 namespace cmm::app {
 
@@ -16,7 +17,7 @@ std::uint64_t random_seed();
 /// A run of this part that is made now, its run file in the folder `out`; the nominal is loaded. Errors: those of
 /// load_nominal.
 core::Result<acquisition::ScanRequest> new_request(acquisition::PartFile part, const std::string& out,
-                                                   const std::string& machine_url);
+                                                   const drivers::LinkSettings& machine);
 /// An operator has decided about points while the run went on: the outcome follows.
 void judge_as_chosen(acquisition::ScanOutcome& outcome, const std::string& run_file,
                      acquisition::OperatorChoice choice);

@@ -102,6 +102,7 @@ class CommandLine {
         c->add_option("--events", demo_.events, "write the event stream as NDJSON to this file, - for standard output");
         add_wait(*c, demo_.wait_s);
         add_job_page(*c, demo_.page);
+        c->add_flag("!--no-browser", demo_.browser, "do not open the page in a browser");
     }
 
     void add_sim() {

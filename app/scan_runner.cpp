@@ -13,6 +13,7 @@
 
 #include "acquisition/exports.hpp"
 #include "acquisition/scan_job.hpp"
+#include "app/browser.hpp"
 #include "app/console.hpp"
 #include "app/hand_commands.hpp"
 #include "app/job_request.hpp"
@@ -40,13 +41,14 @@ core::Status prepare_folder(const std::string& out, bool resume) {
     return {};
 }
 
-core::Result<acquisition::ScanRequest> make_request(const RunnerOptions& options, const std::string& machine_url) {
+core::Result<acquisition::ScanRequest> make_request(const RunnerOptions& options,
+                                                    const drivers::LinkSettings& machine) {
     auto part = options.known_part ? core::Result<acquisition::PartFile>(*options.known_part)
                                    : acquisition::load_part_file(options.part);
     if (!part) return tl::unexpected(part.error());
     if (options.wait_s >= 0.0) part->scan.wait_s = options.wait_s;
     if (options.stop_when_rejected) part->scan.stop_when_rejected = true;
-    auto request = new_request(std::move(*part), options.out, machine_url);
+    auto request = new_request(std::move(*part), options.out, machine);
     if (!request) return request;
     request->resume = options.resume;
     request->touch = options.touch;
@@ -71,7 +73,7 @@ int run_main_job(const RunnerOptions& options) {
     auto link = drivers::link_settings_from(options.machine);
     if (!link) return fail(link.error());
     if (auto status = prepare_folder(options.out, options.resume); !status) return fail(status.error());
-    auto request = make_request(options, link->endpoint.text());
+    auto request = make_request(options, *link);
     if (!request) return fail(request.error());
     auto event_file = EventFile::open(options.events);
     if (!event_file) return fail(event_file.error());
@@ -92,11 +94,13 @@ int run_main_job(const RunnerOptions& options) {
     RunPage page;
     std::optional<acquisition::ScanOutcome> outcome;
     acquisition::OperatorChoice choice;
+    std::optional<ShownPage> shown;
     {
         acquisition::ScanJob job(std::move(*request), **machine, clock, events, workers);
         if (auto status = page.start(options.page, options.out, job, **machine, events); !status)
             return fail(status.error());
         if (!page.url().empty()) progress.line("page: " + page.url());
+        if (!page.url().empty() && options.page.show) shown.emplace(page.url(), options.out);
         job.on_progress([&](double share, const std::string& text) {
             progress.show(share, text);
             page.show(share, text);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// How often the 95 % intervals of a section's characteristics hold the truth: `cmmlive_coverage [blades] [bad share]`.
+/// How often the 95 % intervals of a section's characteristics hold the truth: `cmmlive_coverage [blades] [bad share]
+/// [machine]`. With `machine` every blade is measured by a machine and a probe of its own, drawn from usual figures.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -8,11 +9,13 @@
 #include <vector>
 
 #include "support/characteristic_coverage.hpp"
+#include "support/drawn_errors.hpp"
 
 int main(int count, char** arguments) {
     using namespace cmm::fitting;
     const auto blades = static_cast<std::uint64_t>(count > 1 ? std::atoll(arguments[1]) : 2000);
     const double bad_share = count > 2 ? std::atof(arguments[2]) : 0.0;
+    const bool machine = count > 3 && std::string(arguments[3]) == "machine";
     const std::vector<double> sigmas{1e-3, 2e-3, 5e-3};
     for (const auto family : families::all_families) {
         coverage::Task task;
@@ -20,6 +23,7 @@ int main(int count, char** arguments) {
         task.blades = blades;
         task.sigmas_mm = sigmas;
         task.bad_share = bad_share;
+        if (machine) task.errors = drawn_errors::usual_errors();
         const auto tallies = coverage::run(task);
         std::set<std::string> names;
         for (const auto& of_noise : tallies)

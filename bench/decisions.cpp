@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// How often decisions are wrong of blades exactly at a limit: `cmmlive_decisions once|again|costs [blades] [bad
-/// share]`: judged once, measured until they are decided, and what that costs over a mix of blades.
+/// share] [machine]`: judged once, measured until they are decided, and what that costs over a mix of blades. With
+/// `machine` (of `once`) each blade is measured by a machine and a probe of its own, drawn from usual figures.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "support/drawn_errors.hpp"
 #include "tests/acquisition/decision_trials.hpp"
 #include "tests/acquisition/until_decided_trials.hpp"
 
@@ -21,10 +23,12 @@ void print(const std::string& name, const Rates& rates) {
     const auto accept = binomial_interval(rates.accepted, rates.trials);
     const auto reject = binomial_interval(rates.rejected, rates.trials);
     const double n = static_cast<double>(std::max<std::size_t>(1, rates.trials));
-    std::printf("%-50s %6.2f [%5.2f %5.2f] %6.2f [%5.2f %5.2f] %6zu %5zu  %7.3f %7.3f %7.3f\n", name.c_str(),
+    const double held =
+        rates.intervals > 0 ? static_cast<double>(rates.held) / static_cast<double>(rates.intervals) : 0.0;
+    std::printf("%-50s %6.2f [%5.2f %5.2f] %6.2f [%5.2f %5.2f] %6zu %5zu  %7.3f %7.3f %7.3f  %5.1f\n", name.c_str(),
                 100.0 * rates.accept_share(), 100.0 * accept.first, 100.0 * accept.second, 100.0 * rates.reject_share(),
                 100.0 * reject.first, 100.0 * reject.second, rates.trials, rates.refused, 1e3 * rates.error / n,
-                1e3 * std::sqrt(rates.squares / n), 1e3 * rates.guard / n);
+                1e3 * std::sqrt(rates.squares / n), 1e3 * rates.guard / n, 100.0 * held);
 }
 
 }  // namespace
@@ -52,6 +56,7 @@ int main(int count, char** arguments) {
     const auto blades = static_cast<std::uint64_t>(count > 2 ? std::atoll(arguments[2]) : 10000);
     if (what == "costs") return costs(blades);
     const double bad_share = count > 3 ? std::atof(arguments[3]) : 0.0;
+    const bool machine = count > 4 && std::string(arguments[4]) == "machine";
     std::uint64_t seed = 1;
     const auto& families = cmm::fitting::families::all_families;
     const std::vector<double> sigmas_mm{1e-3, 2e-3, 5e-3};
@@ -65,6 +70,7 @@ int main(int count, char** arguments) {
         task.first_seed = seed;
         task.blades = (blades + cells - 1 - cell) / cells;
         task.bad_share = bad_share;
+        if (machine) task.errors = cmm::fitting::drawn_errors::usual_errors();
         seed += task.blades;
         const auto table = what == "again" ? decisions::run_until_decided(task, {}) : decisions::run(task).front();
         const std::string noise = std::to_string(std::lround(1e3 * task.sigmas_mm.front())) + " um";
@@ -76,7 +82,7 @@ int main(int count, char** arguments) {
     }
     std::printf(
         "%% falsely accepted [95 %%], %% falsely rejected [95 %%], trials, refused; um or mrad: mean error, rms, "
-        "guard band\n");
+        "guard band; %% of U95 that hold the limit\n");
     for (const auto& [name, rates] : all)
         print(name, rates);
     return 0;

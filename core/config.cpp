@@ -268,6 +268,10 @@ std::string ConfigTable::where(std::string_view key) const {
     return table->source().begin.line == 0 ? document_->name : position(document_->name, table->source());
 }
 
+const std::set<std::string>& ConfigTable::known() const {
+    return document_->known;
+}
+
 const std::string& ConfigTable::file() const {
     return document_->name;
 }

@@ -4,6 +4,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -56,6 +57,9 @@ class ConfigTable {
     void complain(std::string_view key, std::string_view what) const;
     /// The first error of the whole file, or an unknown key; call once, on the root.
     Status finish() const;
+    /// Dotted names of all keys of the whole file that were asked for so far, whether they are in it or not; elements
+    /// of lists with their index.
+    const std::set<std::string>& known() const;
     /// "file:line:column" of a key.
     std::string where(std::string_view key) const;
     const std::string& file() const;

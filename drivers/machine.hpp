@@ -16,6 +16,7 @@
 #include "core/error.hpp"
 #include "core/sample.hpp"
 #include "drivers/link_stats.hpp"
+#include "drivers/machine_errors.hpp"
 
 namespace cmm::drivers {
 
@@ -58,6 +59,7 @@ struct Capabilities {
     std::string recorded_plan;  ///< hash of the only plan that it answers (a recording); empty: any
     /// Of a recording: the frame of the part that its points were measured in, as the run file keeps it.
     std::map<std::string, double> recorded_frame;
+    MachineErrors recorded_errors;  ///< of a recording: of the machine that made it
 };
 
 /// The controller at one moment, path progress included.

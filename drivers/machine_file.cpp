@@ -22,9 +22,13 @@ bool looks_like_url(const std::string& text) {
 core::Result<LinkSettings> load_link_settings(const std::string& path) {
     const auto root = core::ConfigTable::load(path);
     if (!root) return tl::unexpected(root.error());
-    root->ignore("controller");
+    return read_link_settings(*root);
+}
+
+core::Result<LinkSettings> read_link_settings(const core::ConfigTable& root) {
+    root.ignore("controller");
     LinkSettings settings;
-    const auto link = root->table("link");
+    const auto link = root.table("link");
     const std::string url = link.required_text("url");
     const std::string map = link.text("map", "");
     if (!map.empty()) settings.map_file = link.resolve(map);
@@ -40,14 +44,14 @@ core::Result<LinkSettings> load_link_settings(const std::string& path) {
             link.complain("url", endpoint.error().message);
         }
     }
+    settings.errors = read_machine_errors(root.table("uncertainty"));
     const bool listens = settings.endpoint.scheme == "dro+serial";
-    if (root->has("dro") && !listens && !url.empty()) root->complain("dro", "belongs to a dro+serial:// url");
-    if (listens) settings.dro = dro::read_dro_settings(root->table("dro"));
+    if (root.has("dro") && !listens && !url.empty()) root.complain("dro", "belongs to a dro+serial:// url");
+    if (listens) settings.dro = dro::read_dro_settings(root.table("dro"));
     const bool is_linuxcnc = settings.endpoint.scheme == "linuxcnc";
-    if (root->has("linuxcnc") && !is_linuxcnc && !url.empty())
-        root->complain("linuxcnc", "belongs to a linuxcnc:// url");
-    if (is_linuxcnc) settings.linuxcnc = linuxcnc::read_linuxcnc_settings(root->table("linuxcnc"));
-    if (auto done = root->finish(); !done) return tl::unexpected(done.error());
+    if (root.has("linuxcnc") && !is_linuxcnc && !url.empty()) root.complain("linuxcnc", "belongs to a linuxcnc:// url");
+    if (is_linuxcnc) settings.linuxcnc = linuxcnc::read_linuxcnc_settings(root.table("linuxcnc"));
+    if (auto done = root.finish(); !done) return tl::unexpected(done.error());
     return settings;
 }
 

@@ -30,7 +30,7 @@ double gauss(const PiecewiseCubic::Piece& p, double from, double h) {
 }
 
 /// Halvings that a span needs for the agreement.
-int halvings(const PiecewiseCubic::Piece& p, double h, double tolerance) {
+int halvings_for(const PiecewiseCubic::Piece& p, double h, double tolerance) {
     for (int depth = 0; depth < most_bisections; ++depth) {
         const auto cells = static_cast<double>(1 << depth);
         double difference = 0.0;
@@ -63,7 +63,7 @@ ArcLength::ArcLength(const PiecewiseCubic& curve) {
     cells_.reserve(spans + 1);
     for (std::size_t k = 0; k < spans; ++k) {
         const double h = breaks[k + 1] - breaks[k];
-        const int count = 1 << halvings(curve.pieces()[k], h, tolerance);
+        const int count = 1 << halvings_for(curve.pieces()[k], h, tolerance);
         first_cell_.push_back(cells_.size());
         for (int i = 0; i < count; ++i) {
             const double from = i * h / count, to = (i + 1) * h / count;

@@ -35,9 +35,9 @@ AreaMeasures measure_area(const MeasuredSection& section) {
         sum.add(a.position_mm - origin, b.position_mm - origin, left_of(a.normal), left_of(b.normal));
     }
     const Vec2 centre = sum.first / sum.area;
-    AreaMeasures out{{"AREA: Green's theorem on the contour", sum.area, {}, 0.0},
-                     {"CENTROID: Green's theorem on the contour", origin.x() + centre.x(), {}, 0.0},
-                     {"CENTROID: Green's theorem on the contour", origin.y() + centre.y(), {}, 0.0}};
+    AreaMeasures out{{"AREA: Green's theorem on the contour", sum.area, {}, {}},
+                     {"CENTROID: Green's theorem on the contour", origin.x() + centre.x(), {}, {}},
+                     {"CENTROID: Green's theorem on the contour", origin.y() + centre.y(), {}, {}}};
     for (std::size_t i = 0; i < n; ++i) {
         const Vec2 &before = points[(i + n - 1) % n].position_mm, &after = points[(i + 1) % n].position_mm;
         const Vec2& p = points[i].position_mm;

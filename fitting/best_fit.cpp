@@ -283,9 +283,9 @@ class Fitter {
                     fit_.slopes[taken.member][k].add(taken.index, weight);
         }
         const auto method = method_of(options_.objective);
-        fit_.dx = {method, fit_.motion.shift_mm.x(), {}, 0.0};
-        fit_.dy = {method, fit_.motion.shift_mm.y(), {}, 0.0};
-        fit_.twist = {method, fit_.motion.turn_rad, {}, 0.0};
+        fit_.dx = {method, fit_.motion.shift_mm.x(), {}, {}};
+        fit_.dy = {method, fit_.motion.shift_mm.y(), {}, {}};
+        fit_.twist = {method, fit_.motion.turn_rad, {}, {}};
         if (members_.size() > 1) return;
         fit_.dx.slopes = fit_.slopes[0][0];
         fit_.dy.slopes = fit_.slopes[0][1];

@@ -110,8 +110,14 @@ core::Result<CamberPlace> CamberLine::at_distance(const CamberEnd& end, double d
     const bool from_le = &end == &le_;
     CamberPlace out;
     const auto distance = [&](const Vec2& p) { return (p - end.point_).norm(); };
-    if (distance(end.on_cubic(end.first_mm_)) >= distance_mm) {
-        double low = end.x_, high = end.first_mm_;
+    const std::size_t n = circles_.size();
+    const auto counted = [&](std::size_t k) { return from_le ? k : n - 1 - k; };
+    // Up to the first circle, which stands half a radius behind the place where circles may begin at most, and beside
+    // the cubic.
+    const InscribedCircle& first = circles_[counted(0)];
+    if (distance(first.centre) >= distance_mm || distance(end.on_cubic(end.first_mm_)) >= distance_mm) {
+        double low = end.x_;
+        double high = std::max(end.first_mm_, (first.centre - end.origin_).dot(end.axis_)) + first.radius;
         for (int step = 0; step < search_steps; ++step) {
             const double middle = 0.5 * (low + high);
             (distance(end.on_cubic(middle)) < distance_mm ? low : high) = middle;
@@ -121,12 +127,10 @@ core::Result<CamberPlace> CamberLine::at_distance(const CamberEnd& end, double d
         end.add_cubic(*contour_, low, left_of(out.inward).dot(left_of(end.axis_)), out.across);
         return out;
     }
-    const std::size_t n = circles_.size();
-    const auto counted = [&](std::size_t k) { return from_le ? k : n - 1 - k; };
     std::size_t k = 0;
     while (k < n && distance(circles_[counted(k)].centre) < distance_mm)
         ++k;
-    if (k == 0 || k == n) return no_camber("the camber line does not reach so far");
+    if (k == n) return no_camber("the camber line does not reach so far");
     const InscribedCircle &near = circles_[counted(k - 1)], &far = circles_[counted(k)];
     const Vec2 step = far.centre - near.centre, forward = step.normalized(), side = across(forward, near);
     double share = 0.5;

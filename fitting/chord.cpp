@@ -73,7 +73,7 @@ Extent extent(const ContourGeometry& contour, const Vec2& along, std::string_vie
     const ContourPlace high = contour.farthest(along, contour.whole());
     const ContourPlace low = contour.farthest(-along, contour.whole());
     const Vec2 step = contour.position(high) - contour.position(low);
-    Extent out{{method, step.dot(along), {}, 0.0}, step.dot(left_of(along))};
+    Extent out{{method, step.dot(along), {}, {}}, step.dot(left_of(along))};
     contour.add(high, 1.0, out.measure.slopes);
     contour.add(low, 1.0, out.measure.slopes);
     return out;
@@ -83,7 +83,7 @@ core::Result<Measure> nose_tail(MeasuredSection& section) {
     const auto& camber = section.camber();
     if (!camber) return tl::unexpected(camber.error());
     const Vec2 step = camber->te().point() - camber->le().point();
-    Measure out{"NOSETAIL: between the points where the camber line leaves the section", step.norm(), {}, 0.0};
+    Measure out{"NOSETAIL: between the points where the camber line leaves the section", step.norm(), {}, {}};
     const Vec2 along = step / out.value;
     camber->te().add(section.contour(), along, out.slopes);
     camber->le().add(section.contour(), -along, out.slopes);
@@ -108,15 +108,19 @@ core::Result<Measure> rad_center(const MeasuredSection& section) {
     Measure out{"RADCENTER: between the centres of the edges' circles, plus both radii",
                 step.norm() + le.radius_mm + te.radius_mm,
                 {},
-                0.0};
+                {}};
     const Eigen::Vector3d at_le(-along.x(), -along.y(), 1.0), at_te(along.x(), along.y(), 1.0);
-    out.own_variance = at_le.dot(le.covariance_mm2 * at_le) + at_te.dot(te.covariance_mm2 * at_te);
+    out.beside.variance = at_le.dot(le.covariance_mm2 * at_le) + at_te.dot(te.covariance_mm2 * at_te);
+    for (std::size_t k = 0; k < 3; ++k) {
+        out.beside.slopes.add(le.slopes[k], at_le[static_cast<Eigen::Index>(k)]);
+        out.beside.slopes.add(te.slopes[k], at_te[static_cast<Eigen::Index>(k)]);
+    }
     return out;
 }
 
 Measure min_circle(const ContourGeometry& contour) {
     const EnclosingCircle circle = enclosing_circle(contour);
-    Measure out{"MINCIRCLE: diameter of the smallest circle that holds the section", 2.0 * circle.radius, {}, 0.0};
+    Measure out{"MINCIRCLE: diameter of the smallest circle that holds the section", 2.0 * circle.radius, {}, {}};
     for (std::size_t k = 0; k < circle.count; ++k) {
         const Vec2 away = (contour.position(circle.touches[k]) - circle.centre).normalized();
         contour.add(circle.touches[k], 2.0 * circle.shares[k] * away.dot(contour.normal(circle.touches[k])),
@@ -128,7 +132,7 @@ Measure min_circle(const ContourGeometry& contour) {
 Measure largest(const ContourGeometry& contour) {
     const auto places = farthest_places(contour);
     const double distance = (contour.position(places[1]) - contour.position(places[0])).norm();
-    Measure out{"MAXDIST: largest distance of two points of the section", distance, {}, 0.0};
+    Measure out{"MAXDIST: largest distance of two points of the section", distance, {}, {}};
     for (const ContourPlace& place : places)
         contour.add(place, 1.0, out.slopes);
     return out;
@@ -165,7 +169,7 @@ core::Result<Measure> measure_stagger(MeasuredSection& section, StaggerMethod me
         Measure out{"CALIPER: of the line that touches the pressure side at both ends",
                     std::atan2(line->along.y(), line->along.x()),
                     {},
-                    0.0};
+                    {}};
         add_turn(section.contour(), *line, 1.0, out.slopes);
         return out;
     }
@@ -175,7 +179,7 @@ core::Result<Measure> measure_stagger(MeasuredSection& section, StaggerMethod me
     Measure out{"NOSETAIL: between the points where the camber line leaves the section",
                 std::atan2(step.y(), step.x()),
                 {},
-                0.0};
+                {}};
     const Vec2 across = left_of(step) / step.squaredNorm();
     camber->te().add(section.contour(), across, out.slopes);
     camber->le().add(section.contour(), -across, out.slopes);

@@ -36,8 +36,9 @@ class ContourBuilder {
         if (!edges) return tl::unexpected(edges.error());
         const EdgeFitter fitter({smooth_, good_, part, r, noise()});
         coverage_ = coverage_95(noise().freedom);
-        fit_.le = take(fitter.run(edges->le, edges->te, options_.le_model));
-        fit_.te = take(fitter.run(edges->te, edges->le, options_.te_model));
+        EdgeAnswer le_answer, te_answer;
+        fit_.le = take(fitter.run(edges->le, edges->te, options_.le_model), le_answer);
+        fit_.te = take(fitter.run(edges->te, edges->le, options_.te_model), te_answer);
         if (!patches_.empty() || options_.fairing_mm > 0.0) {
             const Vec2 le = part[edges->le.nose].position, te = part[edges->te.nose].position;
             auto curve = join_edges(smooth_.curve, patches_);
@@ -47,11 +48,14 @@ class ContourBuilder {
             if (!edges) return tl::unexpected(edges.error());
         }
         publish(part, *edges);
+        answer_by_contour(le_answer, fit_.le);
+        answer_by_contour(te_answer, fit_.te);
         return {};
     }
 
   private:
-    EdgeFit take(EdgeOutcome outcome) {
+    EdgeFit take(EdgeOutcome outcome, EdgeAnswer& answer) {
+        answer = std::move(outcome.answer);
         if (outcome.patch) patches_.push_back(std::move(*outcome.patch));
         return std::move(outcome.fit);
     }
@@ -80,6 +84,23 @@ class ContourBuilder {
         resample(part, zones, edges.le.nose);
         set_arc_lengths(fit_.contour);
         set_arc_lengths(fit_.centre_curve);
+    }
+
+    /// The edge's points by those of the contour that lie at their places: behind the lowest parameter they ascend.
+    void answer_by_contour(const EdgeAnswer& answer, EdgeFit& edge) const {
+        const auto& contour = fit_.contour;
+        const auto lowest = std::min_element(contour.begin(), contour.end(),
+                                             [](const ContourPoint& a, const ContourPoint& b) { return a.t < b.t; });
+        const auto before = [](const ContourPoint& point, double t) { return point.t < t; };
+        for (std::size_t k = 0; k < answer.t.size(); ++k) {
+            const double t = smooth_.curve.wrap(answer.t[k]);
+            auto at = std::lower_bound(lowest, contour.end(), t, before);
+            if (at == contour.end()) at = std::lower_bound(contour.begin(), lowest, t, before);
+            const auto point = static_cast<std::size_t>(at - contour.begin()) % contour.size();
+            for (Eigen::Index number = 0; number < 3; ++number)
+                edge.slopes[static_cast<std::size_t>(number)].add(
+                    point, answer.by_point(number, static_cast<Eigen::Index>(k)));
+        }
     }
 
     /// Equal steps of a mixed measure of length and turning, from the LE nose on.
@@ -134,6 +155,7 @@ class ContourBuilder {
         const auto between = [&](double SurfaceStation::*value) {
             return last.*value + std::clamp(share, 0.0, 1.0) * (next.*value - last.*value);
         };
+        out.rise = std::tan(between(&SurfaceStation::lean_rad));
         out.doubt_mm = between(&SurfaceStation::doubt_mm);
         out.bound_mm = fit_.faired_mm + between(&SurfaceStation::lean_doubt_mm);
         out.u95_mm = std::hypot(noise_mm, out.doubt_mm) + out.bound_mm;

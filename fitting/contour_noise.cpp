@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "fitting/section.hpp"
@@ -62,8 +63,42 @@ double ContourNoise::variance(std::span<const ContourPoint> contour, const Sensi
     return variance;
 }
 
+FieldLoads ContourNoise::loads_at(const ContourPoint& point) const {
+    return fields_.at(from_contour_.apply(point.position_mm), from_contour_.apply_to_direction(point.normal),
+                      point.rise);
+}
+
+double ContourNoise::place_mm(const ContourPoint& point) const {
+    return fields_.place_mm(point.rise);
+}
+
+FieldLoads ContourNoise::loads(std::span<const ContourPoint> contour, const Sensitivity& number) const {
+    FieldLoads out = FieldLoads::Zero();
+    if (!fields_.any()) return out;
+    for (const auto& [point, weight] : merged(number))
+        out += weight * loads_at(contour[point]);
+    return out;
+}
+
+/// Between two of equally spaced values as the cosine and the sine of a quarter turn, so that the variance of the
+/// function is the same everywhere.
+PlaceLoads ContourNoise::place_loads(std::span<const ContourPoint> contour, const Sensitivity& number) const {
+    PlaceLoads out = PlaceLoads::Zero();
+    if (!fields_.any()) return out;
+    const double whole = contour.empty() ? 1.0 : std::max(contour.back().arc_length_mm, 1e-12);
+    for (const auto& [point, weight] : merged(number)) {
+        const ContourPoint& p = contour[point];
+        const double place = p.arc_length_mm / whole * static_cast<double>(out.size());
+        const double floor = std::floor(place), part = 0.5 * std::numbers::pi * (place - floor);
+        const auto k = static_cast<Eigen::Index>(floor);
+        out[k % out.size()] += weight * place_mm(p) * std::cos(part);
+        out[(k + 1) % out.size()] += weight * place_mm(p) * std::sin(part);
+    }
+    return out;
+}
+
 NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const Sensitivity& number,
-                                   double own_variance) const {
+                                   const BesideContour& beside) const {
     double bound = 0.0, offset = 0.0, doubt = 0.0;
     std::array<double, stretches> taken{};
     const double whole = contour.empty() ? 1.0 : std::max(contour.back().arc_length_mm, 1e-12);
@@ -77,11 +112,29 @@ NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const 
     for (const double part : taken)
         doubt += part * part;
     NumberUncertainty out;
-    const double noise = coverage_ * std::sqrt(variance(contour, number) + own_variance);
+    Sensitivity all = number;
+    all.add(beside.slopes, 1.0);
+    const double noise = coverage_ * std::sqrt(variance(contour, number) + beside.variance + plane_.variance(number));
+    const double scattered = std::hypot(noise, std::sqrt(doubt));
     out.offset_error = std::abs(offset);
-    out.u95 = std::hypot(noise, std::sqrt(doubt)) + bound + out.offset_error;
-    out.standard = out.u95 / coverage_;
+    out.u95 = scattered + bound + out.offset_error;
+    out.standard = out.scatter = out.u95 / coverage_;
+    out.budget.noise = scattered / coverage_;
+    out.budget.bound = bound + out.offset_error;
+    if (fields_.any()) add_fields(contour, all, beside.loads, out);
     return out;
+}
+
+void ContourNoise::add_fields(std::span<const ContourPoint> contour, const Sensitivity& number,
+                              const FieldLoads& of_others, NumberUncertainty& out) const {
+    out.loads = loads(contour, number) + of_others;
+    out.place = place_loads(contour, number).norm();
+    for (std::size_t k = 0; k < error_sources; ++k)
+        out.budget.machine[k] = std::sqrt(variance_of(out.loads, static_cast<ErrorSource>(k)));
+    out.budget.of(ErrorSource::length) = std::hypot(out.budget.of(ErrorSource::length), out.place);
+    out.budget.bound += std::abs(known_of(out.loads));
+    out.u95 = coverage_ * std::hypot(out.budget.noise, out.budget.shared()) + out.budget.bound;
+    out.standard = out.u95 / coverage_;
 }
 
 }  // namespace cmm::fitting

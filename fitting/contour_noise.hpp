@@ -3,9 +3,12 @@
 
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "fitting/error_fields.hpp"
 #include "fitting/join.hpp"
+#include "fitting/plane_error.hpp"
 #include "fitting/plane_motion.hpp"
 #include "fitting/sensitivity.hpp"
 #include "fitting/smoothing.hpp"
@@ -14,16 +17,31 @@ namespace cmm::fitting {
 
 struct ContourPoint;
 
+/// How a number answers to a random function along a section, by its independent values.
+using PlaceLoads = Eigen::Matrix<double, 12, 1>;
+
 /// The uncertainty of a number that was computed from a contour.
 struct NumberUncertainty {
     double standard = 0.0;      ///< one standard deviation
     double u95 = 0.0;           ///< half the 95 % interval, bounds included
     double offset_error = 0.0;  ///< part of u95: what the 2-D offset makes of it (A22), whose sign is known
+    double scatter = 0.0;       ///< standard, by the points alone, bounds as if they were standard
+    double place = 0.0;  ///< standard, by what the machine does differently from place to place: in no other section
+    FieldLoads loads = FieldLoads::Zero();  ///< how it answers to what all sections have in common
+    ErrorBudget budget;
+};
+
+/// What a number depends on beside the contour's noise.
+struct BesideContour {
+    double variance = 0.0;                  ///< by what is not in the contour (the radius of an edge's circle)
+    Sensitivity slopes;                     ///< of that: by what errs alike only, its noise is `variance`
+    FieldLoads loads = FieldLoads::Zero();  ///< by other sections, through an alignment
 };
 
 /// The errors of a section's contour as a whole, so that those of neighbouring places go together (docs/theory.md,
 /// section 13): of the free form by the posterior covariance of the smoothing spline, at the edges by that of their
-/// models' parameters. Value type; refers to nothing.
+/// models' parameters; and by what machine, probe and temperature do alike to many points (section 16). Value type;
+/// refers to nothing.
 class ContourNoise {
   public:
     /// Nothing is known but the points' own u95.
@@ -34,19 +52,38 @@ class ContourNoise {
     double coverage() const { return coverage_; }
     /// The contour was moved since: `motion` leads from where it is to where the noise was found.
     void lies_in(const PlaneMotion& motion) { from_contour_ = motion; }
+    /// The plane of the section is not where it should be by this.
+    void take(PlaneError plane) { plane_ = std::move(plane); }
+    /// Of a number by that alone.
+    double plane_variance(const Sensitivity& number) const { return plane_.variance(number); }
+    /// Of the frame where the noise was found; without them nothing errs but the points.
+    void set_fields(const ErrorFields& fields) { fields_ = fields; }
+    bool has_fields() const { return fields_.any(); }
+    FieldLoads loads(std::span<const ContourPoint> contour, const Sensitivity& number) const;
+    /// Of the contour's own place, and by what differs from place to place, standard.
+    FieldLoads loads_at(const ContourPoint& point) const;
+    /// Loads on what differs from place to place.
+    PlaceLoads place_loads(std::span<const ContourPoint> contour, const Sensitivity& number) const;
+    double place_mm(const ContourPoint& point) const;
+    double direction_mm() const { return fields_.direction_mm(); }
     /// From the noise of the points alone, in the square of the number's unit. Where nothing is known, the points' own
     /// u95 fully correlated, which is never too small.
     double variance(std::span<const ContourPoint> contour, const Sensitivity& number) const;
-    /// With what the neighbouring sections took, correlated over an eighth of the section, and with the bounds, which
-    /// are added. `own_variance`: of what is not in the contour (the radius of an edge's circle), independent.
+    /// With the error of the plane, with what the neighbouring sections took, correlated over an eighth of the section,
+    /// and with the bounds, which are added; and with the fields of errors.
     NumberUncertainty of(std::span<const ContourPoint> contour, const Sensitivity& number,
-                         double own_variance = 0.0) const;
+                         const BesideContour& beside = {}) const;
 
   private:
+    void add_fields(std::span<const ContourPoint> contour, const Sensitivity& number, const FieldLoads& of_others,
+                    NumberUncertainty& out) const;
+
     std::optional<CurveNoise> free_;
     std::vector<EdgePatch> patches_;
     double period_ = 0.0, coverage_ = 2.0;
     PlaneMotion from_contour_;
+    PlaneError plane_;
+    ErrorFields fields_;
 };
 
 }  // namespace cmm::fitting

@@ -14,7 +14,7 @@ namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t chord_points = 3;  // of the coarse search
-constexpr double coarse = 8.0;           // standard deviations of a direction
+constexpr double coarse_sure = 8.0;      // standard deviations of a direction
 constexpr std::size_t gaps_apart = 5;    // gaps whose chords do not cross the one examined
 constexpr std::size_t most_side = 12, least_side = 5;
 constexpr std::size_t most_bad = 2;        // of a side
@@ -138,7 +138,7 @@ class CornerSearch {
         for (std::size_t i = 0; i < n_; ++i) {
             const double nearby = 0.5 * (curvature[(i + gaps_apart) % n_] + curvature[(i + n_ - gaps_apart) % n_]);
             const double length = curvature[i] != 0.0 ? turn[i] / curvature[i] : 0.0;
-            candidate[i] = turn[i] - nearby * length > coarse * noise[i] ? 1 : 0;
+            candidate[i] = turn[i] - nearby * length > coarse_sure * noise[i] ? 1 : 0;
         }
         return candidate;
     }

@@ -7,6 +7,22 @@
 namespace cmm::fitting {
 namespace {
 
+MotionLoads loads_by(const MeasuredSection& section, const MotionSlopes& slopes) {
+    MotionLoads loads = MotionLoads::Zero();
+    const SectionFit& fit = section.fit();
+    for (Eigen::Index k = 0; k < 3; ++k)
+        loads.row(k) = fit.contour_noise.loads(fit.contour, slopes[static_cast<std::size_t>(k)]).transpose();
+    return loads;
+}
+
+Eigen::Matrix3d covariance_by_places(const MeasuredSection& section, const MotionSlopes& slopes) {
+    const SectionFit& fit = section.fit();
+    Eigen::Matrix<double, 3, PlaceLoads::RowsAtCompileTime> loads;
+    for (Eigen::Index k = 0; k < 3; ++k)
+        loads.row(k) = fit.contour_noise.place_loads(fit.contour, slopes[static_cast<std::size_t>(k)]).transpose();
+    return loads * loads.transpose();
+}
+
 /// Of the motion's three numbers by the points of one contour.
 Eigen::Matrix3d covariance_by(const MeasuredSection& section, const MotionSlopes& slopes) {
     const SectionFit& fit = section.fit();
@@ -15,7 +31,7 @@ Eigen::Matrix3d covariance_by(const MeasuredSection& section, const MotionSlopes
     for (Eigen::Index k = 0; k < 3; ++k) {
         const auto& number = slopes[static_cast<std::size_t>(k)];
         noise[k] = std::sqrt(variance(number));
-        standard[k] = fit.contour_noise.of(fit.contour, number).standard;
+        standard[k] = fit.contour_noise.of(fit.contour, number).scatter;
     }
     Eigen::Matrix3d covariance = standard.cwiseAbs2().asDiagonal();
     for (Eigen::Index i = 0; i < 3; ++i) {
@@ -45,27 +61,60 @@ Measure Datum::of_aligned(Measure measure, const ContourGeometry& aligned) const
     }
     for (Eigen::Index k = 0; k < 3; ++k)
         measure.slopes.add(slopes[static_cast<std::size_t>(k)], by_motion[k]);
-    measure.own_variance += std::max(0.0, by_motion.dot(from_others * by_motion));
+    measure.beside.variance += std::max(0.0, by_motion.dot(from_others * by_motion));
+    measure.beside.loads += loads_of_others.transpose() * by_motion;
     return measure;
+}
+
+Eigen::Vector3d answer_to_motion(const PlaneMotion& motion, const Vec2& position_mm, const Vec2& normal) {
+    return {normal.x(), normal.y(), normal.dot(left_of(position_mm - motion.about_mm - motion.shift_mm))};
 }
 
 double normal_uncertainty(const PlaneMotion& motion, const Eigen::Matrix3d& covariance, const Vec2& position_mm,
                           const Vec2& normal) {
-    const Vec2 arm = left_of(position_mm - motion.about_mm - motion.shift_mm);
-    const Eigen::Vector3d slopes(normal.x(), normal.y(), normal.dot(arm));
+    const Eigen::Vector3d slopes = answer_to_motion(motion, position_mm, normal);
     return std::sqrt(std::max(0.0, slopes.dot(covariance * slopes)));
 }
 
-std::vector<Datum> datums_of(const BestFit& fit, std::span<const MeasuredSection* const> sections) {
-    std::vector<Eigen::Matrix3d> own;
-    Eigen::Matrix3d all = Eigen::Matrix3d::Zero();
-    for (std::size_t m = 0; m < sections.size(); ++m) {
-        own.push_back(covariance_by(*sections[m], fit.slopes[m]));
-        all += own.back();
+void set_place_errors(std::vector<ContourPoint>& contour, const ContourNoise& noise, const Datum* datum) {
+    for (ContourPoint& point : contour) {
+        FieldLoads loads = noise.loads_at(point);
+        if (datum != nullptr)
+            loads -= datum->loads.transpose() * answer_to_motion(datum->motion, point.position_mm, point.normal);
+        for (std::size_t k = 0; k < error_sources; ++k)
+            point.machine.standard_mm[k] = std::sqrt(variance_of(loads, static_cast<ErrorSource>(k)));
+        double& length = point.machine.standard_mm[static_cast<std::size_t>(ErrorSource::length)];
+        length = std::hypot(length, noise.place_mm(point));
+        point.machine.known_mm = known_of(loads);
     }
-    std::vector<Datum> datums;
-    for (std::size_t m = 0; m < sections.size(); ++m)
-        datums.push_back({fit.motion, fit.slopes[m], all - own[m], all});
+}
+
+std::vector<Datum> datums_of(const BestFit& fit, std::span<const MeasuredSection* const> sections) {
+    std::vector<Datum> datums(sections.size());
+    Eigen::Matrix3d all = Eigen::Matrix3d::Zero(), places = Eigen::Matrix3d::Zero();
+    MotionLoads loads = MotionLoads::Zero();
+    for (std::size_t m = 0; m < sections.size(); ++m) {
+        Datum& datum = datums[m];
+        datum.motion = fit.motion;
+        datum.slopes = fit.slopes[m];
+        // What is its own goes from the sums.
+        datum.from_others = covariance_by(*sections[m], fit.slopes[m]);
+        if (sections[m]->fit().contour_noise.has_fields()) {
+            const Eigen::Matrix3d own_places = covariance_by_places(*sections[m], fit.slopes[m]);
+            datum.from_others += own_places;
+            places += own_places;
+            datum.loads_of_others = loads_by(*sections[m], fit.slopes[m]);
+        }
+        all += datum.from_others;
+        loads += datum.loads_of_others;
+    }
+    for (Datum& datum : datums) {
+        datum.from_others = (all - datum.from_others).eval();
+        datum.covariance = all;
+        datum.places = places;
+        datum.loads_of_others = (loads - datum.loads_of_others).eval();
+        datum.loads = loads;
+    }
     return datums;
 }
 

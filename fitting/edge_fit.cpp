@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fitting/edge_fit.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <span>
 #include <utility>
+#include <variant>
 
 #include "core/text.hpp"
 #include "fitting/circle.hpp"
@@ -32,6 +35,7 @@ struct Describer {
     const ModelTrial& trial;
     Vec2 nose;  // normal
     EdgeFit& fit;
+    Eigen::MatrixXd& by_shape;  ///< of centre and radius
 
     void operator()(const std::monostate&) const {}
 
@@ -99,9 +103,40 @@ struct Describer {
     }
     /// `jacobian`: of centre and radius by the shape's parameters.
     void set_covariance(const Eigen::MatrixXd& jacobian) const {
+        by_shape = jacobian;
         fit.covariance_mm2 = jacobian * trial.covariance * jacobian.transpose();
     }
 };
+
+/// Of the shape's parameters by least squares, first order.
+struct Answerer {
+    std::span<const EdgePoint> points;
+    const Eigen::MatrixXd& by_shape;
+
+    Eigen::MatrixXd operator()(const std::monostate&) const { return {}; }
+    template <class Shape>
+    Eigen::MatrixXd operator()(const Shape& shape) const {
+        const auto n = static_cast<Eigen::Index>(points.size());
+        Eigen::MatrixXd rows(n, Shape::size);
+        for (Eigen::Index i = 0; i < n; ++i) {
+            const EdgePoint& point = points[static_cast<std::size_t>(i)];
+            rows.row(i) = shape.foot(point.centre, point.normal).slopes.transpose();
+        }
+        return by_shape * (rows.transpose() * rows).ldlt().solve(rows.transpose());
+    }
+};
+
+/// Of a circle through points of the curve of ball centres.
+EdgeAnswer answer_of_circle(std::span<const Vec2> points, std::span<const double> t, const Vec2& centre) {
+    EdgeAnswer answer{{t.begin(), t.end()}, {}};
+    Eigen::MatrixXd rows(static_cast<Eigen::Index>(points.size()), 3);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const Vec2 outward = (points[i] - centre).normalized();
+        rows.row(static_cast<Eigen::Index>(i)) << outward.x(), outward.y(), 1.0;
+    }
+    answer.by_point = (rows.transpose() * rows).ldlt().solve(rows.transpose());
+    return answer;
+}
 
 void judge_radius(EdgeFit& fit) {
     if (fit.radius_mm <= fit.radius_u95_mm)
@@ -199,7 +234,7 @@ std::pair<std::size_t, std::size_t> EdgeFitter::zone_points(const EdgeRegion& re
 }
 
 /// The mean circle of the zone's middle part, for a radius; the contour stays free form.
-EdgeFit EdgeFitter::free_form(const EdgeRegion& region, const Gathered& gathered) const {
+EdgeFit EdgeFitter::free_form(const EdgeRegion& region, const Gathered& gathered, EdgeAnswer& answer) const {
     EdgeFit fit;
     const auto [first, last] = zone_points(region, gathered);
     const auto trim = static_cast<std::size_t>(0.5 * (1.0 - arc_core_share) * static_cast<double>(last - first));
@@ -207,6 +242,8 @@ EdgeFit EdgeFitter::free_form(const EdgeRegion& region, const Gathered& gathered
     for (std::size_t i = first + trim; i + trim < last; ++i)
         points.push_back(gathered.edge.points[i].centre);
     const auto circle = fit_circle(points, source_.noise);
+    if (circle)
+        answer = answer_of_circle(points, std::span(gathered.t).subspan(first + trim, points.size()), circle->centre);
     if (!circle) {
         fit.why = circle.error().message;
         return fit;
@@ -241,7 +278,7 @@ EdgeOutcome EdgeFitter::run(const EdgeRegion& region, const EdgeRegion& other, s
     const EdgeChoice choice = choose_edge_model(gathered.edge, request);
     EdgeOutcome outcome;
     if (!choice.chosen) {
-        outcome.fit = free_form(region, gathered);
+        outcome.fit = free_form(region, gathered, outcome.answer);
     } else {
         const ModelTrial& trial = choice.trials[*choice.chosen];
         EdgeFit& fit = outcome.fit;
@@ -250,15 +287,24 @@ EdgeOutcome EdgeFitter::run(const EdgeRegion& region, const EdgeRegion& other, s
         fit.arc_angle_rad =
             turn_angle(gathered.edge.points[trial.begin].normal, gathered.edge.points[gathered.edge.nose].normal) +
             turn_angle(gathered.edge.points[gathered.edge.nose].normal, gathered.edge.points[trial.end - 1].normal);
-        std::visit(Describer{trial, gathered.edge.points[gathered.edge.nose].normal, fit}, trial.shape);
+        Eigen::MatrixXd by_shape;
+        std::visit(Describer{trial, gathered.edge.points[gathered.edge.nose].normal, fit, by_shape}, trial.shape);
+        const std::size_t count = trial.end - trial.begin;
+        outcome.answer.t.assign(gathered.t.begin() + static_cast<std::ptrdiff_t>(trial.begin),
+                                gathered.t.begin() + static_cast<std::ptrdiff_t>(trial.end));
+        outcome.answer.by_point =
+            std::visit(Answerer{std::span(gathered.edge.points).subspan(trial.begin, count), by_shape}, trial.shape);
         judge_radius(fit);
         // With joints the free form is as good as the model up to the ends, and it meets the sides where they begin.
         if (source_.noise.sigma_mm > least_noise_mm && trial.gain >= strong_evidence && gathered.edge.joints == 0)
             outcome.patch = make_patch(source_.smooth.curve, gathered.edge, gathered.t, trial);
         fit.used_in_contour = outcome.patch.has_value();
     }
-    for (const ModelTrial& trial : choice.trials)
-        outcome.fit.evidence.push_back({trial.model, trial.rms_mm, trial.gain, trial.why});
+    for (const ModelTrial& trial : choice.trials) {
+        const auto* const arc = std::get_if<ArcShape>(&trial.shape);
+        outcome.fit.evidence.push_back(
+            {trial.model, trial.rms_mm, trial.gain, trial.why, arc != nullptr ? arc->values()[2] : 0.0});
+    }
     return outcome;
 }
 

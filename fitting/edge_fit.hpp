@@ -24,8 +24,15 @@ struct EdgeSource {
     Noise noise;
 };
 
+/// How centre x, centre y and radius answer to the displacements of the edge's points outwards along their normals.
+struct EdgeAnswer {
+    std::vector<double> t;  ///< of the points, on the curve; empty: there is no radius
+    Eigen::Matrix<double, 3, Eigen::Dynamic> by_point;
+};
+
 struct EdgeOutcome {
     EdgeFit fit;
+    EdgeAnswer answer;
     std::optional<EdgePatch> patch;  ///< of the curve of ball centres, where the points support a model
 };
 
@@ -43,7 +50,7 @@ class EdgeFitter {
     };
     Gathered gather(const EdgeRegion& region, const EdgeRegion& other) const;
     std::pair<std::size_t, std::size_t> zone_points(const EdgeRegion& region, const Gathered& gathered) const;
-    EdgeFit free_form(const EdgeRegion& region, const Gathered& gathered) const;
+    EdgeFit free_form(const EdgeRegion& region, const Gathered& gathered, EdgeAnswer& answer) const;
 
     EdgeSource source_;
     std::vector<std::size_t> order_;  // of the points by parameter

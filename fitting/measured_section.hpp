@@ -14,7 +14,7 @@ struct Measure {
     std::string_view method;  ///< in capitals the keyword of the field, then what it means
     double value = 0.0;       ///< mm, rad, mm^2 or a share, as its function says
     Sensitivity slopes;
-    double own_variance = 0.0;  ///< of what does not come from the contour
+    BesideContour beside = {};  ///< what does not come from the contour
 };
 
 /// A closed fit with what its characteristics share: the contour as a curve, and the camber line, made when it is first
@@ -33,7 +33,7 @@ class MeasuredSection {
         return *camber_;
     }
     NumberUncertainty uncertainty(const Measure& measure) const {
-        return fit_->contour_noise.of(fit_->contour, measure.slopes, measure.own_variance);
+        return fit_->contour_noise.of(fit_->contour, measure.slopes, measure.beside);
     }
 
   private:

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -58,8 +59,9 @@ struct EdgeParameter {
 struct EdgeEvidence {
     EdgeModel model = EdgeModel::free;
     double rms_mm = 0.0;
-    double gain = 0.0;  ///< Bayesian information criterion of the free form less the model's; from 6 on strong
-    std::string why;    ///< not empty: the points refuse it
+    double gain = 0.0;           ///< Bayesian information criterion of the free form less the model's; from 6 on strong
+    std::string why;             ///< not empty: the points refuse it
+    double arc_radius_mm = 0.0;  ///< of an arc; 0: none came about
 };
 
 /// One edge of the part (A10-A14): the model that its points support, by orthogonal distances.
@@ -75,7 +77,8 @@ struct EdgeFit {
     double radius_u95_mm = 0.0;
     /// Of centre x, centre y and radius; mm^2. Zero where there is no radius.
     Eigen::Matrix3d covariance_mm2 = Eigen::Matrix3d::Zero();
-    double arc_angle_rad = 0.0;  ///< by which the points turn that the model explains
+    std::array<Sensitivity, 3> slopes;  ///< of the same three, by points of the contour
+    double arc_angle_rad = 0.0;         ///< by which the points turn that the model explains
     double rms_mm = 0.0;
     bool used_in_contour = false;  ///< false: the contour's edge is free form
 };
@@ -89,10 +92,12 @@ struct ContourPoint {
     double offset_error_mm = 0.0;
     bool reached = true;             ///< false: the ball rests in a hollow here, and the contour shows the ball
     std::optional<double> lean_rad;  ///< of the surface, upwards; there where the contour was cut from the surface
+    double rise = 0.0;               ///< tangent of the surface's lean, as far as anything tells it
     double arc_length_mm = 0.0;      ///< from the contour's first point
     double t = 0.0;                  ///< parameter of the curve of ball centres
     double doubt_mm = 0.0;  ///< part of u95_mm, in quadrature: what the neighbouring sections took from this one
     double bound_mm = 0.0;  ///< part of u95_mm, added: what is not known of the lean, and fairing
+    PlaceErrors machine;    ///< beside u95_mm: by machine, probe and temperature
 };
 
 /// The curve of ball centres, free form also at the edges, and the points that it was fitted to, in its order.

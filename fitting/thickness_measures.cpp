@@ -41,7 +41,7 @@ core::Result<Measure> measure_max_thickness(MeasuredSection& section) {
     const auto& camber = section.camber();
     if (!camber) return tl::unexpected(camber.error());
     const auto thickest = camber->thickest();
-    Measure out{"MAX_INSCRIBED: diameter of the largest inscribed circle", 2.0 * thickest.circle.radius, {}, 0.0};
+    Measure out{"MAX_INSCRIBED: diameter of the largest inscribed circle", 2.0 * thickest.circle.radius, {}, {}};
     const Vec2 left = left_of(thickest.along);
     const Vec2 across = left.dot(thickest.circle.to_suction) < 0.0 ? Vec2(-left) : left;
     thickest.circle.add_radius(section.contour(), across, 2.0, out.slopes);
@@ -58,7 +58,7 @@ core::Result<Measure> measure_max_thickness_position(MeasuredSection& section, P
         Measure out{"MAX_INSCRIBED along the camber line, share of its length from the LE",
                     thickest.arc_mm / camber->length_mm(),
                     {},
-                    0.0};
+                    {}};
         add_arc_move(contour, thickest, 1.0 / camber->length_mm(), out.slopes);
         camber->le().add(contour, -(1.0 - out.value) / camber->length_mm() * camber->le().inward(), out.slopes);
         camber->te().add(contour, out.value / camber->length_mm() * camber->te().inward(), out.slopes);
@@ -70,7 +70,7 @@ core::Result<Measure> measure_max_thickness_position(MeasuredSection& section, P
     Measure out{"MAX_INSCRIBED, its centre projected on the chord NOSETAIL, share of the chord from the LE",
                 off.dot(along) / chord,
                 {},
-                0.0};
+                {}};
     add_arc_move(contour, thickest, thickest.along.dot(along) / chord, out.slopes);
     const Vec2 left = left_of(thickest.along);
     const Vec2 across = left.dot(thickest.circle.to_suction) < 0.0 ? Vec2(-left) : left;
@@ -93,7 +93,7 @@ core::Result<Measure> measure_edge_thickness(MeasuredSection& section, EdgeName 
     // On either side of the line: what lies behind the place has the other sense.
     std::array<ContourPlace, 2> ends;
     const std::array<ContourRange, 2> sides{camber->sides().suction, camber->sides().pressure};
-    Measure out{"TIPARC, NORMAL: across the camber line at the distance from the edge's point", 0.0, {}, 0.0};
+    Measure out{"TIPARC, NORMAL: across the camber line at the distance from the edge's point", 0.0, {}, {}};
     double growth = 0.0;  // of the thickness, by a move of the line inwards
     for (std::size_t k = 0; k < 2; ++k) {
         const auto found = leave(contour, *place, sides[k], across);
@@ -127,7 +127,7 @@ core::Result<Measure> measure_edge_angle(MeasuredSection& section, EdgeName edge
     Measure out{"ANGOFFSET from +x: direction of the camber line between two distances from the edge's point",
                 std::atan2(sense * step.y(), sense * step.x()),
                 {},
-                0.0};
+                {}};
     const Vec2 across = left_of(step) / step.squaredNorm();  // of the angle, by a move of the far place
     out.slopes.add(far->across, across.dot(left_of(far->inward)));
     out.slopes.add(near->across, -across.dot(left_of(near->inward)));

@@ -62,7 +62,7 @@ core::Result<Measure> measure_throat(MeasuredSection& section, const Vec2& pitch
         // Where the blades touch or cross, the way from one to the other leads through material.
         if (gap.width_mm < least_throat_mm || !(across.dot(contour.normal(gap.here)) > 0.5 * gap.width_mm))
             return refuse("the neighbours touch");
-        Measure out{"THROAT: smallest distance to the same section moved by the nominal pitch", gap.width_mm, {}, 0.0};
+        Measure out{"THROAT: smallest distance to the same section moved by the nominal pitch", gap.width_mm, {}, {}};
         contour.add(gap.here, -1.0, out.slopes);
         contour.add(gap.there, -1.0, out.slopes);
         return out;

@@ -155,8 +155,9 @@ bool Controller::record(const Footing& at, std::int64_t index, std::uint16_t qua
         if (dirty_points_ > 0) truth.bad_mm += dirt_mm_;
         dirty_points_ -= dirty_points_ > 0 ? 1 : 0;
     }
-    const Eigen::Vector3d measured =
-        at.centre + (truth.noise_mm + truth.bad_mm) * at.normal + drifted_mm() * Eigen::Vector3d::UnitX();
+    const Eigen::Vector3d measured = at.centre + options_.part.error.at(at.centre, at.normal) +
+                                     (truth.noise_mm + truth.bad_mm) * at.normal +
+                                     drifted_mm() * Eigen::Vector3d::UnitX();
     FifoSample& sample = truth.sample;
     sample.path = path_.id();
     sample.time_us = std::llround(now_s_ * 1e6) + clock_jump_us_;

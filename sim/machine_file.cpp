@@ -26,8 +26,13 @@ std::string read_name(const core::ConfigTable& table, const char* key, const std
 core::Result<MachineSettings> load_machine_settings(const std::string& file) {
     const auto root = core::ConfigTable::load(file);
     if (!root) return tl::unexpected(root.error());
-    root->ignore("link");
-    const core::ConfigTable in = root->table("controller");
+    return read_machine_settings(*root);
+}
+
+core::Result<MachineSettings> read_machine_settings(const core::ConfigTable& root) {
+    root.ignore("link");
+    root.ignore("uncertainty");
+    const core::ConfigTable in = root.table("controller");
     MachineSettings to;
     to.model = read_name(in, "model", to.model);
     to.serial = read_name(in, "serial", to.serial);
@@ -50,7 +55,7 @@ core::Result<MachineSettings> load_machine_settings(const std::string& file) {
     else if ((to.home_mm.array() < to.limit_min_mm.array()).any() ||
              (to.home_mm.array() > to.limit_max_mm.array()).any())
         in.complain("home_mm", "lies outside the travel limits");
-    if (const auto status = root->finish(); !status) return tl::unexpected(status.error());
+    if (const auto status = root.finish(); !status) return tl::unexpected(status.error());
     return to;
 }
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <string>
 
+#include "core/config.hpp"
 #include "core/error.hpp"
 
 namespace cmm::sim {
@@ -27,5 +28,6 @@ struct MachineSettings {
 
 /// Reads [controller]; [link] belongs to the host side. Errors: input_missing, config_syntax, config_invalid.
 core::Result<MachineSettings> load_machine_settings(const std::string& file);
+core::Result<MachineSettings> read_machine_settings(const core::ConfigTable& root);
 
 }  // namespace cmm::sim

@@ -5,6 +5,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "sim/geometry_source.hpp"
+#include "sim/grown.hpp"
 #include "sim/offset.hpp"
 #include "sim/placed.hpp"
 #include "sim/surface.hpp"
@@ -19,7 +20,7 @@ namespace {
 struct PartNumbers {
     Part part;
     Deviation deviation;
-    double thicken_mm = 0.0;
+    double thicken_mm = 0.0, growth = 0.0, ball_error_mm = 0.0;
     Eigen::Vector3d stands_at_mm = Eigen::Vector3d::Zero(), stands_turned_rad = Eigen::Vector3d::Zero();
 };
 
@@ -64,7 +65,22 @@ void read_stylus(const ConfigTable& stylus, Part& part) {
     if (stylus.number("length_mm", 20.0) <= 0.0) stylus.complain("length_mm", "must be above 0");
 }
 
+constexpr double share_from_um_m = 1e-6;
+
+/// What the machine, the probe and the temperature do to every point alike.
+void read_errors(const ConfigTable& actual, PartNumbers& numbers) {
+    MachineError& error = numbers.part.error;
+    error.scale = share_from_um_m * read_three(actual, "scale_um_m");
+    error.squareness = share_from_um_m * read_three(actual, "squareness_um_m");
+    error.lobes_mm = core::mm_from_um(actual.number("lobes_um", 0.0, {0.0, 1000.0}));
+    error.lobes = static_cast<int>(actual.integer("lobes", error.lobes, {1.0, 12.0}));
+    error.lobes_from_rad = core::rad_from_deg(actual.number("lobes_from_deg", 0.0, {-360.0, 360.0}));
+    numbers.ball_error_mm = core::mm_from_um(actual.number("ball_error_um", 0.0, {-100.0, 100.0}));
+    numbers.growth = share_from_um_m * actual.number("growth_um_m", 0.0, {-10000.0, 10000.0});
+}
+
 void read_actual(const ConfigTable& actual, PartNumbers& numbers) {
+    read_errors(actual, numbers);
     numbers.part.noise_mm = core::mm_from_um(actual.number("noise_um", 1.0, {0.0, 1000.0}));
     numbers.part.bad_points_share = actual.number("bad_points_percent", 1.0, {0.0, 100.0}) / 100.0;
     numbers.thicken_mm = actual.number("thicken_mm", 0.0, {-10.0, 10.0});
@@ -102,33 +118,41 @@ GeometrySource read_nominal(const ConfigTable& nominal, bool wanted) {
 }  // namespace
 
 Result<Part> load_part(const std::string& part_file) {
-    auto root = ConfigTable::load(part_file);
+    const auto root = ConfigTable::load(part_file);
     if (!root) return tl::unexpected(root.error());
+    return read_part(*root);
+}
+
+Result<Part> read_part(const ConfigTable& root) {
     PartNumbers numbers;
-    const ConfigTable part = root->table("part");
+    const ConfigTable part = root.table("part");
     numbers.part.name = part.required_text("name");
     part.word("kind", "blade", {"blade"});
     part.text("serial", "");
-    for (const char* of_the_host : {"scan", "fitting", "alignment", "gate", "tolerance", "characteristic"})
-        root->ignore(of_the_host);
-    read_stylus(root->table("stylus"), numbers.part);
-    const ConfigTable actual = root->table("actual");
+    for (const char* of_the_host :
+         {"scan", "fitting", "alignment", "gate", "tolerance", "characteristic", "uncertainty"})
+        root.ignore(of_the_host);
+    read_stylus(root.table("stylus"), numbers.part);
+    const ConfigTable actual = root.table("actual");
     read_actual(actual, numbers);
     const std::string kind = actual.word("kind", "nominal", {"nominal", "parametric", "sections", "mesh"});
-    GeometrySource source = read_nominal(root->table("nominal"), kind == "nominal");
+    GeometrySource source = read_nominal(root.table("nominal"), kind == "nominal");
     if (kind != "nominal") {
         source = read_source(actual, kind);
     } else {
         actual.texts("files");
         actual.word("span", "auto", {"x", "y", "z", "auto"});
     }
-    if (auto status = root->finish(); !status) return tl::unexpected(status.error());
+    if (auto status = root.finish(); !status) return tl::unexpected(status.error());
 
+    numbers.part.ball_radius_mm += numbers.ball_error_mm;
     source.beyond_mm = numbers.part.ball_radius_mm;
     auto surface = build_surface(source, numbers.deviation, numbers.part.remarks);
     if (!surface) return tl::unexpected(surface.error());
     numbers.part.surface =
         numbers.thicken_mm == 0.0 ? *surface : std::make_shared<OffsetSurface>(*surface, 0.5 * numbers.thicken_mm);
+    if (numbers.growth != 0.0)
+        numbers.part.surface = std::make_shared<GrownSurface>(numbers.part.surface, 1.0 + numbers.growth);
     if (!numbers.stands_at_mm.isZero(0.0) || !numbers.stands_turned_rad.isZero(0.0)) {
         numbers.part.surface =
             std::make_shared<PlacedSurface>(numbers.part.surface, numbers.stands_at_mm, numbers.stands_turned_rad);

@@ -130,6 +130,50 @@ std::vector<double> common_fractions(const std::vector<ProfileCurve>& curves) {
     return kept;
 }
 
+/// A profile about its mean, seen along the span.
+std::vector<Eigen::Vector2d> about_mean(const Points& profile) {
+    const Eigen::Vector3d mean = mean_of(profile);
+    std::vector<Eigen::Vector2d> out;
+    for (const auto& point : profile)
+        out.emplace_back((point - mean).head<2>());
+    return out;
+}
+
+/// What b misses of being a, turned (by less than a right angle) and scaled, when b begins with its point `first`: 0
+/// to 1.
+double unlikeness(const std::vector<Eigen::Vector2d>& a, const std::vector<Eigen::Vector2d>& b, std::size_t first) {
+    const std::size_t step = a.size() / 300 + 1;
+    double along = 0.0, across = 0.0, square_a = 0.0, square_b = 0.0;
+    for (std::size_t i = 0; i < a.size(); i += step) {
+        const auto &p = a[i], &q = b[(i + first) % b.size()];
+        along += p.dot(q);
+        across += p.x() * q.y() - p.y() * q.x();
+        square_a += p.squaredNorm();
+        square_b += q.squaredNorm();
+    }
+    return 1.0 - (along > 0.0 ? along * along + across * across : across * across) / (square_a * square_b);
+}
+
+/// Profiles of one number of points may begin at different places: each is begun where it fits the one below it best.
+void begin_together(std::vector<Points>& profiles) {
+    constexpr double much_better = 0.5;  // profiles of different forms miss something, too
+    constexpr double nothing_missed = 1e-7;
+    for (std::size_t k = 0; k + 1 < profiles.size(); ++k) {
+        const auto a = about_mean(profiles[k]), b = about_mean(profiles[k + 1]);
+        double least = much_better * unlikeness(a, b, 0);
+        if (least < nothing_missed) continue;
+        std::size_t best = 0;
+        for (std::size_t first = 1; first < b.size(); ++first) {
+            const double missed = unlikeness(a, b, first);
+            if (missed >= least) continue;
+            least = missed;
+            best = first;
+        }
+        auto& above = profiles[k + 1];
+        std::rotate(above.begin(), above.begin() + static_cast<std::ptrdiff_t>(best), above.end());
+    }
+}
+
 std::vector<Points> resampled(const std::vector<Points>& profiles) {
     std::vector<ProfileCurve> curves;
     std::size_t start = 0;
@@ -162,6 +206,7 @@ std::vector<Points> joined_profiles(std::vector<Points> profiles) {
     const bool same_number = std::all_of(profiles.begin(), profiles.end(),
                                          [&](const Points& p) { return p.size() == profiles.front().size(); });
     if (same_number) {
+        begin_together(profiles);
         drop_repeats(profiles);
         return profiles;
     }

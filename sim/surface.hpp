@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "core/config.hpp"
 #include "core/error.hpp"
+#include "sim/machine_error.hpp"
 
 namespace cmm::sim {
 
@@ -43,13 +45,15 @@ class Surface {
 struct Part {
     std::string name;
     std::shared_ptr<const Surface> surface;
-    double ball_radius_mm = 1.0;
+    double ball_radius_mm = 1.0;       ///< of the ball that touches; the host may be told another one
     double noise_mm = 0.0;             ///< standard deviation along the normal
+    MachineError error;                ///< of the machine that measures it
     double bad_points_share = 0.0;     ///< 0 ... 1 of the recorded points
     std::vector<std::string> remarks;  ///< what the user should know about the geometry, e.g. a mesh with holes
 };
 
 /// Reads the part file (docs/part-file.md). Errors: config_*, input_*.
 core::Result<Part> load_part(const std::string& part_file);
+core::Result<Part> read_part(const core::ConfigTable& root);
 
 }  // namespace cmm::sim

@@ -14,7 +14,7 @@ RtsHandling::Level level_of(const std::string& word) {
     return word == "down" ? RtsHandling::Level::down : RtsHandling::Level::none;
 }
 
-RtuOptions rtu_options(const Endpoint& endpoint) {
+RtuOptions rtu_options_of(const Endpoint& endpoint) {
     RtuOptions options;
     options.serial = SerialSettings::of(endpoint, Parity::even);
     options.rts = {level_of(endpoint.word("rts", "none")), static_cast<int>(endpoint.integer("rts_delay_us", 0))};
@@ -30,7 +30,7 @@ RtuOptions rtu_options(const Endpoint& endpoint) {
 }  // namespace
 
 std::unique_ptr<Link> make_link(const Endpoint& endpoint) {
-    if (endpoint.scheme != "modbus+tcp") return std::make_unique<RtuLink>(rtu_options(endpoint));
+    if (endpoint.scheme != "modbus+tcp") return std::make_unique<RtuLink>(rtu_options_of(endpoint));
     const auto unit = static_cast<std::uint8_t>(endpoint.integer("unit", 1));
     return std::make_unique<TcpLink>(endpoint.host, endpoint.port, unit);
 }

@@ -11,6 +11,7 @@
 #include "acquisition/evaluation.hpp"
 #include "acquisition/live_section.hpp"
 #include "acquisition/section_setup.hpp"
+#include "support/drawn_errors.hpp"
 #include "support/section_truth.hpp"
 #include "tests/acquisition/decision_subject.hpp"
 
@@ -41,6 +42,8 @@ struct Subject {
           too_thick(setup_of(blade, half_zone_mm)),
           too_thin(setup_of(blade, -half_zone_mm)),
           places(places_of(blade, planned_lap(drawn, task.points))) {
+        for (SectionSetup* const setup : {&drawn, &too_thick, &too_thin})
+            setup->fields = fitting::ErrorFields(task.errors, 0.0);
         drawn.gate.characteristics.resize(1);
         drawn.gate.characteristics.front().kind = CharacteristicKind::stagger;
         drawn.gate.characteristics.front().label = "stagger";
@@ -55,9 +58,11 @@ class Trials {
   public:
     explicit Trials(Table& table) : table_(table) {}
 
-    void run(const Subject& subject, const fitting::families::ScanOptions& scanning) {
+    void run(const Subject& subject, const fitting::families::ScanOptions& scanning,
+             const fitting::drawn_errors::Machine& machine) {
         const Blade& blade = subject.blade;
-        const BladeScan plain = scan(blade, scanning);
+        BladeScan plain = scan(blade, scanning);
+        fitting::drawn_errors::displace(blade, machine, plain);
         const auto fit = fitting::fit_section(plain.points, {}, section_options(subject.drawn));
         sizes(subject, judged(plain, fit, subject.drawn));
         profiles(plain, fit, subject.too_thick, ", all of it outwards");
@@ -91,7 +96,7 @@ class Trials {
         }
         const DecisionRule rule;
         const auto guards = rule.guards(*c->u95);
-        measure(name + ", upper", *c->value - truth, guards.reject);
+        measure(name + ", upper", *c->value - truth, guards.reject, *c->u95);
         count(name + ", upper", rule.decide(*c->value, guards, std::nullopt, truth));
         count(name + ", lower", rule.decide(*c->value, guards, truth, std::nullopt));
     }
@@ -106,8 +111,10 @@ class Trials {
                       measured + std::remainder(subject.stagger - measured, 2.0 * std::numbers::pi));
     }
 
-    void measure(const std::string& name, double error, double guard) {
+    void measure(const std::string& name, double error, double guard, double u95) {
         Rates& rates = table_[name];
+        ++rates.intervals;
+        rates.held += std::abs(error) <= u95 ? 1 : 0;
         rates.error += error;
         rates.squares += error * error;
         rates.guard += guard;
@@ -117,7 +124,7 @@ class Trials {
         const auto* c = result.find(name);
         count(name + where, c != nullptr ? c->decision : Decision::not_evaluable);
         if (c == nullptr || !c->value) return;
-        measure(name + where, *c->value - *c->upper, result.closed() ? *c->guard_reject : 0.0);
+        measure(name + where, *c->value - *c->upper, result.closed() ? *c->guard_reject : 0.0, *c->u95);
     }
 
     void profiles(const BladeScan& scan, const core::Result<fitting::SectionFit>& fit, const SectionSetup& setup,
@@ -178,6 +185,8 @@ void Rates::add(const Rates& other) {
     accepted += other.accepted;
     rejected += other.rejected;
     refused += other.refused;
+    held += other.held;
+    intervals += other.intervals;
     error += other.error;
     squares += other.squares;
     guard += other.guard;
@@ -194,7 +203,8 @@ std::vector<Table> run(const Task& task) {
             scanning.sigma_mm = task.sigmas_mm[k];
             scanning.bad_share = task.bad_share;
             scanning.seed = 104729 * seed + k;
-            Trials(tables[k]).run(subject, scanning);
+            core::Rng machines = core::Rng::keyed(seed, 0xDEC, k);
+            Trials(tables[k]).run(subject, scanning, fitting::drawn_errors::draw(task.errors, machines));
         }
     }
     return tables;

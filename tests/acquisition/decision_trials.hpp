@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "acquisition/section_result.hpp"
+#include "fitting/error_fields.hpp"
 #include "support/families.hpp"
 
 /// How often decisions are wrong of blades that lie exactly at a limit: the real fit, the real rule, the real watch.
@@ -16,6 +17,7 @@ namespace cmm::acquisition::decisions {
 
 struct Rates {
     std::size_t trials = 0, accepted = 0, rejected = 0, refused = 0;
+    std::size_t held = 0, intervals = 0;             ///< of U95, how many hold the limit, which is the truth
     double error = 0.0, squares = 0.0, guard = 0.0;  ///< sums of value less limit, its square, and the guard bands
 
     double accept_share() const { return trials > 0 ? static_cast<double>(accepted) / static_cast<double>(trials) : 0; }
@@ -33,6 +35,7 @@ struct Task {
     std::vector<double> sigmas_mm{1e-3};
     std::size_t points = 600;
     double bad_share = 0.0;
+    fitting::SystematicErrors errors;  ///< of the machines that measure them, one for each blade; none
 };
 /// One table for each noise. Deterministic.
 std::vector<Table> run(const Task& task);

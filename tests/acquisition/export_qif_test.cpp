@@ -86,6 +86,31 @@ TEST(Qif, EveryCharacteristicHasItsValueUncertaintyAndDecision) {
     EXPECT_EQ(xml, qif_xml(part));
 }
 
+TEST(Qif, CurvaturesHaveAUnitOfTheirOwn) {
+    auto section = section_at(0, 0.0);
+    const auto plain = qif_xml(part_of({section}));
+    EXPECT_EQ(count_of(plain, "UserDefinedUnit"), 0U);
+    Characteristic dent;
+    dent.name = "least_curvature_suction_2";
+    dent.method = "CURVATURE";
+    dent.unit = Unit::per_mm;
+    dent.value = -0.0012345678;
+    dent.u95 = 0.0004;
+    section.characteristics.push_back(dent);
+    EXPECT_EQ(qif_xml(part_of({section})), plain) << "QIF has no place for one without limits";
+    auto& judged = section.characteristics.back();
+    judged.nominal = 0.01;
+    judged.lower = 0.0;
+    judged.decision = Decision::reject;
+    const auto xml = qif_xml(part_of({section}));
+    EXPECT_EQ(count_of(xml, "<UserDefinedUnitCharacteristicMeasurement"), 1U);
+    for (const char* said :
+         {"<WhatIsMeasured>curvature</WhatIsMeasured><UnitName>1/mm</UnitName>",
+          "<TargetValue unitName=\"1/mm\">0.010000000</TargetValue><MinValue unitName=\"1/mm\">0.000000000</MinValue>",
+          "<Value combinedUncertainty=\"0.000200000\" unitName=\"1/mm\">-0.001234568</Value>"})
+        EXPECT_NE(xml.find(said), std::string::npos) << said;
+}
+
 TEST(Qif, CharacteristicsOfThePartAreThere) {
     auto part = part_of({section_at(0, 0.0), section_at(1, 0.2)});
     const auto without = qif_xml(part);

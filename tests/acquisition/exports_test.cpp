@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -122,6 +123,58 @@ TEST(ResultJson, CarriesMethodAndUncertaintyWithEveryNumber) {
     }
     EXPECT_EQ(json.at("sections")[2].at("why"), "gap of 3.2 mm");
     EXPECT_EQ(json.at("sections")[1].at("characteristics")[3].at("limit_mm"), 0.1);
+}
+
+/// A part of which the machine is known: one budget.
+PartResult part_with_budget() {
+    auto part = part_of({section_at(0, 0.0), section_at(1, 0.0)});
+    part.uncertainty.machine.length_mm = 1.9e-3;
+    part.uncertainty.machine.probing_size_mm = 1.2e-3;
+    for (auto& section : part.sections) {
+        for (auto& c : section.characteristics) {
+            if (c.name != "chord") continue;
+            c.budget = fitting::ErrorBudget{0.0004, {0.0008, 0.0003, 0.0011, 0.0}, 0.0002};
+            c.u95 = 0.003 + 0.001 * static_cast<double>(section.index);
+        }
+    }
+    return part;
+}
+
+TEST(ResultJson, SaysWhereAnUncertaintyComesFrom) {
+    const auto json = nlohmann::json::parse(result_json(part_with_budget()));
+    EXPECT_EQ(json.at("uncertainty").at("figures").at("length_mm"), 0.0019);
+    EXPECT_TRUE(json.at("uncertainty").at("figures").at("probing_form_mm").is_null());
+    EXPECT_NEAR(json.at("uncertainty").at("standard").at("ball_mm").get<double>(), 0.6e-3 / std::sqrt(3.0), 1e-8);
+    std::size_t budgets = 0;
+    for (const auto& c : json.at("sections").at(1).at("characteristics")) {
+        if (!c.contains("budget")) continue;
+        ++budgets;
+        EXPECT_EQ(c.at("name"), "chord");
+        EXPECT_EQ(c.at("budget"), nlohmann::json({{"noise", 0.0004},
+                                                  {"ball", 0.0008},
+                                                  {"probing", 0.0003},
+                                                  {"length", 0.0011},
+                                                  {"temperature", 0.0},
+                                                  {"added", 0.0002}}));
+    }
+    EXPECT_EQ(budgets, 1U);
+    const auto plain = nlohmann::json::parse(result_json(part_of({section_at(0, 0.0)})));
+    EXPECT_FALSE(plain.contains("uncertainty"));
+    EXPECT_FALSE(plain.at("sections").at(0).at("characteristics").at(0).contains("budget"));
+}
+
+TEST(ReportHtml, ShowsWhatDominatesAnUncertainty) {
+    const auto html = report_html(part_with_budget());
+    EXPECT_NE(html.find("Where the uncertainties come from"), std::string::npos);
+    // In micrometres, of the section with the larger U95, the largest part bold.
+    EXPECT_NE(html.find("<tr><td class=\"word\">chord</td><td>1</td><td>\u00b5m</td><td>0.40</td><td>0.80</td>"
+                        "<td>0.30</td><td><b>1.10</b></td><td>0.00</td><td>0.20</td><td>4.00</td></tr>"),
+              std::string::npos);
+    EXPECT_NE(html.find("E0 1.9 um"), std::string::npos);
+    EXPECT_EQ(html.find("length error is not included"), std::string::npos);
+    const auto plain = report_html(part_of({section_at(0, 0.0)}));
+    EXPECT_EQ(plain.find("Where the uncertainties come from"), std::string::npos);
+    EXPECT_NE(plain.find("length error is not included"), std::string::npos);
 }
 
 TEST(ReportHtml, IsOneFileWithEscapedNamesAndAllPictures) {

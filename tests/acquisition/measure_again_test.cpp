@@ -96,6 +96,21 @@ TEST_F(MeasureAgainTest, ASecondPassLiesBetweenThePointsOfTheFirst) {
             EXPECT_GT((known.centre_mm - point.centre_mm).head<2>().norm(), 0.008);
 }
 
+/// Undecided because of the machine: no number of points helps.
+TEST_F(MeasureAgainTest, WhatTheMachineLeavesOpenIsNotMeasuredAgain) {
+    ASSERT_TRUE(plan(judged(points_of(0.95))));
+    fitting::SystematicErrors errors;
+    errors.ball_mm = 0.002;
+    setup.fields = fitting::ErrorFields(errors, 0.0);
+    const auto result = judged(points_of(0.95));
+    ASSERT_EQ(result.find("profile_suction")->decision, Decision::undecided);
+    EXPECT_FALSE(plan(result));
+    // A little of it leaves room for more points.
+    errors.ball_mm = 0.0001;
+    setup.fields = fitting::ErrorFields(errors, 0.0);
+    EXPECT_TRUE(plan(judged(points_of(0.95))));
+}
+
 TEST_F(MeasureAgainTest, WhatWouldNeedTooManyPointsOrTooLongIsLeft) {
     auto result = judged(points_of(0.95));
     for (auto& c : result.characteristics)

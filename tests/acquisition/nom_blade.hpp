@@ -35,7 +35,8 @@ struct Writing {
     bool nose_at_te = false;
     /// Minus and plus tolerance of a point at a height, mm; none: the file has no tolerances.
     std::function<std::pair<double, double>(const synthetic::ContourPoint&, double z_mm)> tolerance = {};
-    std::string words = {};  // after the points of NOSE
+    std::string words = {};                // after the points of NOSE
+    std::vector<std::size_t> starts = {};  // the point with which each section begins; none: the nose
 };
 
 inline std::string section_name(std::size_t k) {
@@ -60,10 +61,12 @@ inline std::string written(const Blade& blade, const Writing& how = {}) {
         << '\n';
     for (std::size_t k = 0; k < blade.heights_mm.size(); ++k) {
         const double z = blade.heights_mm[k];
+        const std::size_t n = contour.size(), start = how.starts.empty() ? 0 : how.starts[k];
         out << "SECTION " << section_name(k) << ' ' << contour.size() << ' ' << scale * z << (k == 0 ? " I\n" : "\n")
-            << "NOSE " << nose + 1 << how.words << "\nTAIL " << tail + 1 << "\nOFFSETS " << scale * 1.5 << ' '
-            << scale * 1.2 << '\n';
-        for (const auto& point : contour) {
+            << "NOSE " << (nose + n - start) % n + 1 << how.words << "\nTAIL " << (tail + n - start) % n + 1
+            << "\nOFFSETS " << scale * 1.5 << ' ' << scale * 1.2 << '\n';
+        for (std::size_t i = 0; i < n; ++i) {
+            const auto& point = contour[(start + i) % n];
             const Vector2d p = scale * blade.at_height(point.position_mm, z);
             const Vector3d n = blade.normal(point.normal);
             const char* s = how.separator;

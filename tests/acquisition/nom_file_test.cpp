@@ -93,16 +93,10 @@ TEST(NomFile, InchesCommasDirectionAndClosingPointMakeNoDifference) {
     }
 }
 
-TEST(NomFile, TheNominalIsTheBladeAtAndBetweenItsSections) {
-    Blade blade;
-    blade.per_side = 400;
-    blade.per_edge = 200;
-    const auto nominal = nominal_of(written(blade, {.tolerance = waving}));
-    EXPECT_DOUBLE_EQ(nominal->z_low_mm(), 10.0);
-    EXPECT_DOUBLE_EQ(nominal->z_high_mm(), 40.0);
+void expect_is_the_blade(const Blade& blade, const Nominal& nominal) {
     const auto dense = synthetic::Section(blade.shape).contour(4000, 2000);
     for (const double z : {10.0, 25.0, 31.0}) {
-        const auto contour = section_at(*nominal, z);
+        const auto contour = section_at(nominal, z);
         ASSERT_EQ(contour.leans_rad.size(), contour.points.size());
         ASSERT_EQ(contour.tolerances.size(), contour.points.size());
         double off_mm = 0.0, off_lean = 0.0, off_tolerance = 0.0;
@@ -123,6 +117,23 @@ TEST(NomFile, TheNominalIsTheBladeAtAndBetweenItsSections) {
         EXPECT_LT(off_lean, z == 31.0 ? 0.01 : 0.002) << z;
         EXPECT_LT(off_tolerance, 0.0002) << z;
     }
+}
+
+TEST(NomFile, TheNominalIsTheBladeAtAndBetweenItsSections) {
+    Blade blade;
+    blade.per_side = 400;
+    blade.per_edge = 200;
+    const auto nominal = nominal_of(written(blade, {.tolerance = waving}));
+    EXPECT_DOUBLE_EQ(nominal->z_low_mm(), 10.0);
+    EXPECT_DOUBLE_EQ(nominal->z_high_mm(), 40.0);
+    expect_is_the_blade(blade, *nominal);
+}
+
+TEST(NomFile, SectionsMayBeginAtDifferentPlaces) {
+    Blade blade;
+    blade.per_side = 400;
+    blade.per_edge = 200;
+    expect_is_the_blade(blade, *nominal_of(written(blade, {.tolerance = waving, .starts = {0, 300, 1}})));
 }
 
 TEST(NomFile, NoseAndTailSayWhichEdgeIsWhich) {

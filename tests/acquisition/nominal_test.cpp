@@ -130,6 +130,46 @@ TEST(SectionsNominal, UsesPlanarSectionsAsTheyAreAndLoftsBetweenThem) {
     EXPECT_NE((*nominal)->cut(60.2).error().message.find("(0.000 mm to 60.000 mm)"), std::string::npos);
 }
 
+/// Points at equal steps of the parametric blade's own contour, begun a part of a step behind one of them.
+std::vector<Vector2d> begun(const Nominal& truth, double z, std::size_t count, double at) {
+    const auto all = cut(truth, z).points;
+    std::vector<Vector2d> chosen;
+    for (std::size_t i = 0; i < count; ++i) {
+        const double place =
+            static_cast<double>(all.size()) * (static_cast<double>(i) + at) / static_cast<double>(count);
+        const auto k = static_cast<std::size_t>(place);
+        const double w = place - std::floor(place);
+        chosen.push_back((1.0 - w) * all[k % all.size()] + w * all[(k + 1) % all.size()]);
+    }
+    return chosen;
+}
+
+TEST(SectionsNominal, OfOneNumberOfPointsMayBeginAtDifferentPlaces) {
+    const auto truth = parametric(test_blade());
+    const auto lofted = [&](const std::vector<double>& starts) {
+        std::vector<PointSection> sections;
+        for (std::size_t k = 0; k < starts.size(); ++k) {
+            const double z = 15.0 * static_cast<double>(k);
+            sections.push_back(section_at(z, begun(*truth, z, 700, starts[k])));
+        }
+        const auto nominal = sections_nominal(sections, Span::z);
+        EXPECT_TRUE(nominal) << nominal.error().text();
+        return *nominal;
+    };
+    const auto together = lofted({0.0, 0.0, 0.0, 0.0, 0.0});
+    // The same points in another order, and points that lie between those of the neighbours.
+    const auto same_points = lofted({0.0, 300.0, 1.0, 699.0, 120.0});
+    const auto other_points = lofted({0.0, 300.4, 1.0, 20.7, 650.5});
+    for (const double z : {7.0, 22.0, 38.0, 53.0}) {
+        const auto points = cut(*truth, z).points;
+        const double off = largest_distance(cut(*together, z).points, points);
+        EXPECT_LT(off, 0.01) << z;
+        EXPECT_LT(largest_distance(cut(*same_points, z).points, points), 0.01) << z;
+        EXPECT_LT(largest_distance(cut(*other_points, z).points, points), 0.01) << z;
+        EXPECT_NEAR(cut(*other_points, z).lean_rad, cut(*truth, z).lean_rad, 0.01) << z;
+    }
+}
+
 TEST(SectionsNominal, CutsSectionsOnCurvedSurfacesOfAnySpan) {
     const auto truth = parametric(test_blade());
     std::vector<PointSection> sections;

@@ -36,7 +36,7 @@ SectionResult section_at(std::size_t index, double z_mm, const Eigen::Vector2d& 
     placement.shift_mm = shift;
     placement.turn_rad = turn_rad;
     placement.covariance = Eigen::Vector3d(1e-6, 4e-6, 1e-8).asDiagonal();
-    section.placement = placement;
+    section.placements = {placement};
     return section;
 }
 
@@ -71,6 +71,33 @@ TEST(PartCharacteristics, LeanIsWhatTheTipIsFromTheRoot) {
     const auto reasons = verdict_reasons(part);
     ASSERT_FALSE(reasons.empty());
     EXPECT_TRUE(holds(reasons.front(), "part: lean_x 0.040 mm")) << reasons.front();
+}
+
+/// What all sections have in common cancels where it is the same in both, and adds up where it is not.
+TEST(PartCharacteristics, WhatSectionsShareIsCountedWithItsSign) {
+    const auto asked =
+        specs_of("[[characteristic]]\nname = \"lean_x\"\n[[characteristic]]\nname = \"relative_twist\"\n");
+    const auto u95 = [&](double at_root, double at_tip) {
+        auto part = blade({0.0, 0.0});
+        part.uncertainty.machine.length_mm = 1e-3;
+        part.sections.front().placements.front().loads(0, 3) = at_root;
+        part.sections.back().placements.front().loads(0, 3) = at_tip;
+        add_part_characteristics(asked, {}, part);
+        return *find_in(part, "lean_x")->u95;
+    };
+    const double noise = 2.0 * std::sqrt(2e-6);
+    EXPECT_NEAR(u95(0.004, 0.004), noise, 1e-12);
+    EXPECT_NEAR(u95(0.004, -0.004), std::hypot(noise, 2.0 * 0.008), 1e-12);
+    auto part = blade({0.0, 0.0});
+    part.uncertainty.machine.length_mm = 1e-3;
+    part.sections.back().placements.front().places(0, 0) = 0.75e-6;
+    part.sections.back().placements.front().loads(0, 21) = -0.005;
+    add_part_characteristics(asked, {}, part);
+    const auto& lean = *find_in(part, "lean_x");
+    EXPECT_NEAR(*lean.u95, noise + 0.005, 1e-12) << "what is known is added";
+    EXPECT_NEAR(lean.budget->noise, std::sqrt(1.25e-6), 1e-12);
+    EXPECT_NEAR(lean.budget->of(fitting::ErrorSource::length), std::sqrt(0.75e-6), 1e-12);
+    EXPECT_NEAR(lean.budget->bound, 0.005, 1e-12);
 }
 
 TEST(PartCharacteristics, BowIsWhatASectionIsFromTheLineBetweenTheEnds) {
@@ -144,10 +171,33 @@ TEST(PartCharacteristics, TheGeneratrixIsABandAboutItsLine) {
     EXPECT_EQ(find_in(part, "generatrix_suction_0.5")->decision, Decision::not_evaluable);
 }
 
+TEST(PartCharacteristics, FollowTheBestFitOfTheirZones) {
+    auto part = blade({0.0, 0.0});
+    for (auto& section : part.sections) {
+        auto sides = section.placements[0];
+        sides.zones = {false, true, false, true};
+        sides.turn_rad += 0.01 * static_cast<double>(section.index);
+        section.placements.push_back(sides);
+    }
+    const auto specs = specs_of(
+        "[[characteristic]]\nname = \"RELTWIST\"\n[[characteristic]]\nname = \"relative_twist\"\nlabel = \"of_sides\"\n"
+        "fit_zones = [\"suction\", \"pressure\"]\n");
+    add_part_characteristics(specs, {}, part);
+    EXPECT_NEAR(*find_in(part, "relative_twist", 1)->value, 0.003, 1e-12);
+    EXPECT_NEAR(*find_in(part, "of_sides", 1)->value, 0.013, 1e-12);
+    EXPECT_TRUE(holds(find_in(part, "of_sides", 1)->method, "best fit of suction pressure"));
+    part.sections[1].placements.pop_back();
+    add_part_characteristics(specs, {}, part);
+    EXPECT_EQ(find_in(part, "of_sides", 1)->decision, Decision::not_evaluable);
+    EXPECT_NEAR(*find_in(part, "relative_twist", 1)->value, 0.003, 1e-12);
+    EXPECT_TRUE(holds(complaint("[[characteristic]]\nname = \"lean_x\"\nfit_zones = [\"nose\"]\n"), "none of le"));
+    EXPECT_TRUE(holds(complaint("[[characteristic]]\nname = \"chord\"\nfit_zones = [\"le\"]\n"), "unknown key"));
+}
+
 TEST(PartCharacteristics, SayWhyTheyCannotBeEvaluated) {
     const auto specs = specs_of("[[characteristic]]\nname = \"lean_x\"\ntolerance_mm = 0.1\n");
     auto part = blade({0.0, 0.0});
-    part.sections[2].placement.reset();
+    part.sections[2].placements.clear();
     part.sections[2].why = "gap of 3 mm";
     add_part_characteristics(specs, {}, part);
     const auto* lean = find_in(part, "lean_x");
@@ -182,8 +232,8 @@ TEST(PartCharacteristics, IntervalsHoldTheTruth) {
     for (int k = 0; k < trials; ++k) {
         auto noisy = exact;
         for (auto& section : noisy.sections) {
-            section.placement->shift_mm += Eigen::Vector2d(1e-3 * rng.normal(), 2e-3 * rng.normal());
-            section.placement->turn_rad += 1e-4 * rng.normal();
+            section.placements[0].shift_mm += Eigen::Vector2d(1e-3 * rng.normal(), 2e-3 * rng.normal());
+            section.placements[0].turn_rad += 1e-4 * rng.normal();
             section.span_points[0].deviation_mm += 1e-3 * rng.normal();
         }
         add_part_characteristics(specs, {}, noisy);

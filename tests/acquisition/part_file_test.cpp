@@ -12,15 +12,6 @@
 namespace cmm::acquisition {
 namespace {
 
-const std::string none_part = R"([part]
-name = "u"
-[nominal]
-kind = "none"
-[scan]
-heights_mm = [1, 2.5]
-box_mm = [-10, -5, 10, 5]
-)";
-
 std::string error_of(const std::string& text) {
     const auto part = parse_part_file(text, "dir/p.toml");
     return part ? "" : part.error().message;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <deque>
 
+#include "tests/acquisition/leaning_part.hpp"
 #include "tests/acquisition/session_fixture.hpp"
 
 namespace cmm::acquisition {
@@ -183,6 +184,51 @@ TEST_F(PartJudgeTest, WhatStaysFlatSaysWhy) {
 }
 
 /// One section elsewhere, at the height of another: it keeps its own contour.
+TEST_F(PartJudgeTest, WallsThatLeanMoreThanTheNominalDoNotRejectBeforeTheirLeanIsKnown) {
+    const LeaningPart part(leaning_text("profile_mm = 0.016\n"), leans_more);
+    PartJudge judge;
+    const auto& first = judge.finish(part.setups[0], part.points(0));
+    ASSERT_EQ(first.compensation.state, Method::provisional);
+    EXPECT_EQ(first.decision(), Decision::reject) << "the offset trusts the nominal's lean";
+    EXPECT_FALSE(judge.rejects_for_certain(0));
+    judge.grow();
+    for (const std::size_t next : {1U, 2U}) {
+        judge.finish(part.setups[next], part.points(next));
+        judge.grow();
+    }
+    const auto sections = judge.results();
+    EXPECT_EQ(sections[1].compensation.state, Method::final);
+    EXPECT_EQ(sections[1].decision(), Decision::accept) << *sections[1].find("profile_suction")->value;
+    EXPECT_FALSE(judge.rejects_for_certain(1));
+}
+
+TEST_F(PartJudgeTest, APartThatIsOutWhateverItsLeanIsRejectedAtOnce) {
+    const LeaningPart part(leaning_text("profile_mm = 0.016\n"), leans_more, 0.02);
+    PartJudge judge;
+    judge.finish(part.setups[0], part.points(0));
+    EXPECT_TRUE(judge.rejects_for_certain(0));
+    // Too thin is thinner still where the wall leans more.
+    const LeaningPart thin(leaning_text("profile_mm = 0.016\n"), leans_more, -0.08);
+    PartJudge other;
+    other.finish(thin.setups[0], thin.points(0));
+    EXPECT_TRUE(other.rejects_for_certain(0));
+    EXPECT_FALSE(other.rejects_for_certain(1)) << "not measured";
+}
+
+TEST_F(PartJudgeTest, WithoutANominalTheLeanHasToBeMeasured) {
+    const LeaningPart part(leaning_text("profile_mm = 0.1\n"), leans_more);
+    const auto setups = too_thick_without_nominal(part);
+    PartJudge judge;
+    judge.finish(setups[0], part.points(0));
+    EXPECT_EQ(judge.results()[0].decision(), Decision::reject);
+    EXPECT_FALSE(judge.rejects_for_certain(0));
+    judge.grow();
+    judge.finish(setups[1], part.points(1));
+    judge.grow();
+    EXPECT_EQ(judge.results()[0].compensation.state, Method::final);
+    EXPECT_TRUE(judge.rejects_for_certain(0)) << "half a millimetre too thick";
+}
+
 TEST_F(PartJudgeTest, ASectionThatDoesNotJoinKeepsIts2dContour) {
     const Measured measured(part_text("[20, 30, 40]"));
     PartJudge judge;

@@ -166,6 +166,48 @@ TEST_F(PointsTest, WithoutAPartFileThePointsAreMeasuredOnly) {
     EXPECT_EQ(result->sections[1].points[0].sequence, count(0) + 1);
 }
 
+/// A part of steel at 50 degrees, drawn at 20: 0.35 mm on a metre. Upright, so that the height does not matter.
+TEST_F(PointsTest, AnExpansionIsCorrectedOrCountedInFull) {
+    const auto text = upright_part_text() + "[[characteristic]]\nname = \"axial_chord\"\n";
+    const SessionPart upright(text);
+    constexpr double growth = 30.0 * 11.5e-6;
+    const auto measured = [&](double factor) {
+        std::vector<PointSection> sections(2);
+        for (std::size_t i = 0; i < 2; ++i) {
+            for (const auto& point : upright.plan.paths[i].points) {
+                // The ball does not grow.
+                const Eigen::Vector3d ball = 1.0 * point.normal;
+                Eigen::Vector3d centre = factor * (point.centre_mm - ball) + ball;
+                centre.z() = point.centre_mm.z();
+                sections[i].points_mm.push_back(centre);
+            }
+        }
+        return sections;
+    };
+    const auto judged = [&](double factor, const std::string& correction) {
+        const auto part = parse_part_file(text + "[uncertainty]\npart_temperature_c = 50\nexpansion_um_m_k = 11.5\n" +
+                                              "expansion_correction = \"" + correction + "\"\n",
+                                          "warm.toml");
+        EXPECT_TRUE(part) << part.error().text();
+        return results_of_points(measured(factor), 1.0, &*part).value();
+    };
+    const auto drawn = judged(1.0, "by_machine"), as_measured = judged(1.0 + growth, "none"),
+               corrected = judged(1.0 + growth, "applied");
+    for (std::size_t i = 0; i < 2; ++i) {
+        for (const char* name : {"chord", "axial_chord", "max_thickness", "profile_suction", "profile_le"}) {
+            const auto &before = *drawn.sections[i].find(name), &after = *corrected.sections[i].find(name),
+                       &raw = *as_measured.sections[i].find(name);
+            EXPECT_NEAR(*after.value, *before.value, 0.2e-3) << name;
+            EXPECT_NEAR(*after.u95, *before.u95, 0.2e-3) << name;
+            EXPECT_LT(std::abs(*raw.value - *before.value), *raw.u95) << name;
+        }
+        const auto &chord = *as_measured.sections[i].find("axial_chord"),
+                   &plain = *drawn.sections[i].find("axial_chord");
+        EXPECT_NEAR(*chord.value - *plain.value, growth * *plain.value, 0.2e-3);
+        EXPECT_NEAR(*chord.u95 - *plain.u95, growth * *plain.value, 0.2e-3);
+    }
+}
+
 TEST_F(PointsTest, AHeightOutsideTheNominalIsRefused) {
     const auto result = results_of_points(points(30.0), 1.0, &job.part);
     ASSERT_FALSE(result);

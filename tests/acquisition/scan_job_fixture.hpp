@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "acquisition/scan_job.hpp"
+#include "acquisition/traceability.hpp"
 #include "tests/acquisition/fake_machine.hpp"
 #include "tests/acquisition/temp_folder.hpp"
 
@@ -48,6 +49,7 @@ struct ScanJobTest : ::testing::Test {
     SessionPart job;
     std::string text = session_part_text();
     bool touch = false;
+    drivers::MachineErrors machine_errors;
     std::function<void(ScanJob&)> with_job;
     std::function<bool(const std::string&, std::int64_t)> disk_has_room;
 
@@ -55,11 +57,13 @@ struct ScanJobTest : ::testing::Test {
         ScanRequest made;
         made.part = parse_part_file(text, "blade.toml").value();
         made.nominal = load_nominal(made.part.nominal).value();
+        made.sources = sources_of(made.part);
         made.run_file = file;
         made.resume = resume;
         made.touch = touch;
         if (disk_has_room) made.disk_has_room = disk_has_room;
         made.machine_url = "test:";
+        made.machine_errors = machine_errors;
         made.software_version = "test";
         made.run_id = resume ? "run-2" : "run-1";
         made.started_utc = "2025-01-02T03:04:05Z";

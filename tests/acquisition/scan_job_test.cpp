@@ -69,6 +69,37 @@ TEST_F(ScanJobTest, MeasuresAndJudgesEverySection) {
     }
 }
 
+/// Who judges the run later does not have the machine's file, and a machine that goes on may have another one.
+TEST_F(ScanJobTest, WhatTheMachineMayErrByIsKeptWithTheRun) {
+    machine_errors.length_mm = 1.9e-3;
+    machine_errors.probing_size_mm = 1.5e-3;
+    text += "[uncertainty]\nprobing_form_um = 1.2\n";
+    broken_run(points() / 2, points() / 2);
+    machine_errors.length_mm = 9e-3;
+    const auto ran = run(true);
+    ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+    const auto& live = ran.outcome.result;
+    EXPECT_EQ(live.uncertainty.figures().length_mm, 1.9e-3);
+    EXPECT_EQ(live.uncertainty.figures().probing_form_mm, 1.2e-3);
+    const auto again = results_of_run(file, nullptr);
+    ASSERT_TRUE(again) << again.error().text();
+    EXPECT_EQ(again->uncertainty.figures(), live.uncertainty.figures());
+    for (std::size_t i = 0; i < 2; ++i) {
+        for (const auto& c : live.sections[i].characteristics) {
+            ASSERT_TRUE(c.budget) << c.name;
+            EXPECT_GT(c.budget->of(fitting::ErrorSource::ball), 0.0) << c.name;
+            EXPECT_GT(c.budget->of(fitting::ErrorSource::probing), 0.0) << c.name;
+            EXPECT_GT(c.budget->of(fitting::ErrorSource::length), 0.0) << c.name;
+            EXPECT_EQ(again->sections[i].find(c.name)->u95, c.u95) << c.name;
+        }
+    }
+    // Another part file may know better.
+    auto better = parse_part_file(text + "length_um = 0.5\n", "better.toml").value();
+    const auto judged = results_of_run(file, &better);
+    ASSERT_TRUE(judged) << judged.error().text();
+    EXPECT_LT(*judged->sections[0].find("chord")->u95, *live.sections[0].find("chord")->u95);
+}
+
 TEST_F(ScanJobTest, TellsWhatNeedsSeveralSectionsBeforeItEnds) {
     text += "[[characteristic]]\nname = \"lean_x\"\n[[characteristic]]\nname = \"relative_twist\"\n";
     const auto ran = run();

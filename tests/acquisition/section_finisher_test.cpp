@@ -2,7 +2,9 @@
 #include "acquisition/section_finisher.hpp"
 
 #include <numeric>
+#include <thread>
 
+#include "tests/acquisition/leaning_part.hpp"
 #include "tests/acquisition/session_fixture.hpp"
 
 namespace cmm::acquisition {
@@ -82,7 +84,8 @@ TEST_F(SectionFinisherTest, AnnouncesWhatItFound) {
     EXPECT_TRUE(holds(rejected[0].payload, "no_contact")) << rejected[0].payload;
     EXPECT_EQ(log.of(EventKind::characteristic_updated).size(), results[0].characteristics.size());
     EXPECT_EQ(log.all().back().kind, EventKind::gate_decision);
-    EXPECT_TRUE(holds(log.all().back().payload, "\"decision\":\"reject\"")) << log.all().back().payload;
+    EXPECT_TRUE(holds(log.all().back().payload, "\"decision\":\"reject\",\"certain\":true"))
+        << log.all().back().payload;
 }
 
 TEST_F(SectionFinisherTest, LatencyCountsFromTheLastSample) {
@@ -132,6 +135,29 @@ TEST_F(SectionFinisherTest, ARehearsalLeavesNoTrace) {
     EXPECT_EQ(results[0].decision(), Decision::accept);
     EXPECT_EQ(log.of(EventKind::section_final).size(), 1U);
     EXPECT_EQ(finisher.latency().count, 1U);
+}
+
+TEST_F(SectionFinisherTest, OnlyWhatIsCertainEndsARunAndWhatBecomesCertainDoes) {
+    const LeaningPart part(leaning_text("profile_mm = 0.1\n"), leans_more);
+    const auto unknown = too_thick_without_nominal(part);
+    const auto live = [&](std::size_t index) {
+        auto section =
+            std::make_unique<LiveSection>(unknown[index], test_lsb_mm, core::PartFromMachine(), std::size_t{0});
+        section->restore(part.points(index));
+        return section;
+    };
+    SectionFinisher finisher(events, clock, workers);
+    const auto last_decision = [&] {
+        while (!finisher.idle())
+            std::this_thread::yield();
+        return log.of(EventKind::gate_decision).back().payload;
+    };
+    finisher.submit(live(0));
+    EXPECT_EQ(last_decision(), "\"section\":0,\"decision\":\"reject\",\"certain\":false");
+    EXPECT_FALSE(finisher.rejected()) << "its lean may make it thick";
+    finisher.submit(live(1));
+    EXPECT_EQ(last_decision(), "\"section\":0,\"decision\":\"reject\",\"certain\":true") << "of the revised section";
+    EXPECT_TRUE(finisher.rejected());
 }
 
 TEST_F(SectionFinisherTest, TheEndWaitsForWhatWasSubmitted) {

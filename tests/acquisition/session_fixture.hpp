@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "acquisition/events.hpp"
@@ -40,6 +41,18 @@ pitch_mm = )" +
 profile_mm = 0.1
 edge_profile_mm = 0.1
 )";
+}
+
+/// The same blade upright: a prism.
+inline std::string upright_part_text() {
+    auto text = session_part_text();
+    for (const auto& [from, to] : {std::pair{"stagger_tip_deg = 28", "stagger_tip_deg = 20"},
+                                   {"lean_x_deg = 2", "lean_x_deg = 0"},
+                                   {"lean_y_deg = -3", "lean_y_deg = 0"},
+                                   {"chord_tip_mm = 25", "chord_tip_mm = 30"},
+                                   {"thickness_tip_mm = 2.5", "thickness_tip_mm = 3.0"}})
+        text.replace(text.find(from), std::string(from).size(), to);
+    return text;
 }
 
 struct SessionPart {

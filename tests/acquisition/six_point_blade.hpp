@@ -12,27 +12,33 @@
 /// The blade of the session tests with six datum points, and a machine's view of it as it stands askew.
 namespace cmm::acquisition {
 
-/// On the upper side thrice, at the end of smallest x twice, by the nominal's own normals; on the tip with a direction.
-inline std::string datum_table(const std::string& kind = "six_points") {
+enum class Datums { touches, middles };
+
+/// On the upper side thrice (or midway between it and the lower one), at the end of smallest x twice, by the nominal's
+/// own normals; on the tip with a direction.
+inline std::string datum_table(const std::string& kind = "six_points", Datums datums = Datums::touches) {
     const auto nominal = load_nominal(SessionPart().part.nominal).value();
     std::ostringstream text;
     text.precision(12);
     text << "[alignment]\nkind = \"" << kind << "\"\n";
-    const auto add = [&](double z, auto badness) {
+    const auto add = [&](const char* key, double z, auto badness) {
         const auto cut = nominal->cut(z).value();
         const auto at = *std::min_element(cut.points.begin(), cut.points.end(),
                                           [&](const auto& a, const auto& b) { return badness(a) < badness(b); });
-        text << "[[alignment.point]]\nat_mm = [" << at.x() << ", " << at.y() << ", " << z << "]\n";
+        text << key << " = [" << at.x() << ", " << at.y() << ", " << z << "]\n";
     };
-    const auto above_x = [](double x) {
-        return [x](const Eigen::Vector2d& p) { return std::abs(p.x() - x) < 0.2 ? -p.y() : 1e3; };
+    const auto at_x = [](double x, double side) {
+        return [=](const Eigen::Vector2d& p) { return std::abs(p.x() - x) < 0.2 ? -side * p.y() : 1e3; };
     };
-    const auto leftmost = [](const Eigen::Vector2d& p) { return p.x(); };
-    add(10.0, above_x(-7.0));
-    add(12.0, above_x(7.0));
-    add(50.0, above_x(1.0));
-    add(11.0, leftmost);
-    add(49.0, leftmost);
+    for (const auto& [z, x] : {std::pair(10.0, -7.0), std::pair(12.0, 7.0), std::pair(50.0, 1.0)}) {
+        text << "[[alignment.point]]\n";
+        add("at_mm", z, at_x(x, 1.0));
+        if (datums == Datums::middles) add("opposite_mm", z, at_x(x, -1.0));
+    }
+    for (const double z : {11.0, 49.0}) {
+        text << "[[alignment.point]]\n";
+        add("at_mm", z, [](const Eigen::Vector2d& p) { return p.x(); });
+    }
     text << "[[alignment.point]]\nat_mm = [0, 0, 60]\ndirection = [0, 0, 2]\n";
     return text.str();
 }

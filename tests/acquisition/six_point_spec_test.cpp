@@ -82,6 +82,27 @@ TEST(SixPointSpec, WhatDoesNotHoldIsRefusedInWords) {
     EXPECT_TRUE(holds(read_error(six(places, flat)), "must not be zero"));
 }
 
+/// The first of the six is the middle between two sides.
+std::string with_middle(const std::string& keys) {
+    auto table = six(places, directions);
+    const std::string first = "direction = [0, 0, 1]\n";
+    return table.insert(table.find(first) + first.size(), keys);
+}
+
+TEST(SixPointSpec, AMiddleHasAnOppositeTouch) {
+    const auto part = parse_part_file(
+        with_alignment(with_middle("opposite_mm = [0, 0, 2]\nopposite_direction = [0, 0.2, -1]\n")), "p.toml");
+    ASSERT_TRUE(part) << part.error().text();
+    const auto& spec = part->alignment.six_points.value();
+    ASSERT_TRUE(spec.places[0].opposite);
+    EXPECT_FALSE(spec.places[1].opposite);
+    EXPECT_EQ(spec.places[0].opposite->at_mm, Eigen::Vector3d(0, 0, 2));
+    EXPECT_NEAR(spec.places[0].opposite->normal->norm(), 1.0, 1e-12);
+    EXPECT_TRUE(holds(read_error(with_middle("opposite_direction = [0, 0, -1]\n")), "opposite_mm is missing"));
+    EXPECT_TRUE(holds(read_error(with_middle("opposite_mm = [0, 0, 2]\nopposite_direction = [0, 1, 0]\n")),
+                      "datum point 1 has no middle: its two touches face away from each other by 90 degrees"));
+}
+
 TEST(SixPointSpec, NeedsANominal) {
     const auto part = parse_part_file(
         "[part]\nname = \"u\"\n[nominal]\nkind = \"none\"\n[scan]\nheights_mm = [1]\n"
@@ -133,6 +154,29 @@ TEST(SixPointSpec, TakesTheNormalsOfTheNominal) {
     EXPECT_TRUE(holds(free.error().message, "do not hold the part")) << free.error().message;
 }
 
+TEST(SixPointSpec, MiddlesAreTouchedOnBothSides) {
+    const SessionPart job(with_alignment(datum_table("six_points", Datums::middles)));
+    const auto points = on_nominal(*job.part.alignment.six_points, *job.nominal);
+    ASSERT_TRUE(points) << points.error().text();
+    ASSERT_TRUE((*points)[1].opposite);
+    EXPECT_LT((*points)[1].normal.dot((*points)[1].opposite->normal), -0.5);
+    ASSERT_EQ(job.plan.datum_touches.size(), 9U);
+    EXPECT_EQ(job.plan.datum_middles, (DatumMiddles{true, true, true, false, false, false}));
+    const auto back = parse_plan(plan_to_text(job.plan), "plan.json");
+    ASSERT_TRUE(back) << back.error().text();
+    EXPECT_EQ(plan_to_text(*back), plan_to_text(job.plan));
+    const auto touched = points_touched(back->datum_touches, back->datum_middles, 1.0);
+    EXPECT_LT((touched[1].opposite->place_mm - (*points)[1].opposite->place_mm).norm(), 1e-6);
+    EXPECT_EQ(datum_touch_name(back->datum_middles, 2), "datum point 2");
+    EXPECT_EQ(datum_touch_name(back->datum_middles, 3), "the opposite touch of datum point 2");
+    EXPECT_EQ(datum_touch_name(back->datum_middles, 8), "datum point 6");
+    const auto findings = check_plan(job.plan, job.part, job.nominal.get(), nullptr);
+    EXPECT_TRUE(require_sound(findings));
+    EXPECT_TRUE(std::any_of(findings.begin(), findings.end(), [](const Finding& finding) {
+        return holds(finding.text, "six datum points (3 of them middles of two touches)");
+    }));
+}
+
 TEST(SixPointSpec, IsPartOfThePlan) {
     const SessionPart job(with_alignment(datum_table()));
     ASSERT_EQ(job.plan.datum_touches.size(), 6U);
@@ -140,7 +184,8 @@ TEST(SixPointSpec, IsPartOfThePlan) {
     const auto back = parse_plan(plan_to_text(job.plan), "plan.json");
     ASSERT_TRUE(back) << back.error().text();
     EXPECT_EQ(plan_to_text(*back), plan_to_text(job.plan));
-    const auto points = points_touched(back->datum_touches, 1.0);
+    EXPECT_FALSE(holds(plan_to_text(job.plan), "datum_middles"));
+    const auto points = points_touched(back->datum_touches, back->datum_middles, 1.0);
     EXPECT_LT((points[5].place_mm - Eigen::Vector3d(0, 0, 60)).norm(), 1e-9);
     drivers::Capabilities machine;
     machine.limit_min_mm = {-200, -200, -50};

@@ -15,6 +15,16 @@
 /// Parts and measures that several tests of the inputs share.
 namespace cmm::acquisition {
 
+/// A part that nobody has drawn, in a box.
+inline const std::string none_part = R"([part]
+name = "u"
+[nominal]
+kind = "none"
+[scan]
+heights_mm = [1, 2.5]
+box_mm = [-10, -5, 10, 5]
+)";
+
 inline const std::string blade_table = R"([nominal.blade]
 chord_root_mm = 30
 chord_tip_mm = 25

@@ -71,6 +71,33 @@ TEST(TolFile, TolerancesOfAllSectionsAndOfSingleOnes) {
     EXPECT_EQ(bow.tip, 2U);
 }
 
+TEST(TolFile, RelativeTwistIsThatToTheReferenceSection) {
+    const auto specs = asked("REFSECT B-B\nRELTWIST 0.1 -0.2\nBOWT 0.1 0\n");
+    ASSERT_TRUE(specs) << specs.error().text();
+    const auto twist = spec(*specs, "relative_twist", 2);
+    EXPECT_EQ(twist.kind, Kind::relative_twist);
+    EXPECT_EQ(twist.reference_section, 1U);
+    EXPECT_DOUBLE_EQ(*twist.above, core::rad_from_deg(0.1));
+    EXPECT_DOUBLE_EQ(*twist.below, core::rad_from_deg(-0.2));
+    EXPECT_FALSE(spec(*asked("RELTWIST 0.1 -0.2\n"), "relative_twist", 0).reference_section) << "the root";
+}
+
+TEST(TolFile, ExcludedSidesTakeNoPartInTheBestFit) {
+    // Convex 1, concave 2, LE 4, TE 8.
+    const auto specs = asked("EXCLUDE1 12\nTWIST 0.25 -0.25\nLECONT 0.08 0\nCHORD 0.1 -0.1\nRELTWIST 1 -1\n");
+    ASSERT_TRUE(specs) << specs.error().text();
+    const ZoneSet sides{false, true, false, true};
+    EXPECT_EQ(spec(*specs, "twist", 1).fit_zones, sides);
+    EXPECT_EQ(spec(*specs, "profile_form_le", 1).fit_zones, sides);
+    EXPECT_EQ(spec(*specs, "relative_twist", 1).fit_zones, sides);
+    EXPECT_EQ(spec(*specs, "chord_tangent", 1).fit_zones, all_zones) << "no best fit";
+    const auto own = asked("TWIST 0.25 -0.25\nSECTION B-B\nEXCLUDE1 1\nSECTION C-C\nEXCLUDE1 2\n");
+    ASSERT_TRUE(own) << own.error().text();
+    EXPECT_EQ(spec(*own, "twist", 0).fit_zones, all_zones);
+    EXPECT_EQ(spec(*own, "twist", 1).fit_zones, (ZoneSet{true, false, true, true}));
+    EXPECT_EQ(spec(*own, "twist", 2).fit_zones, (ZoneSet{true, true, true, false}));
+}
+
 TEST(TolFile, InchesAreThoseOfTheFileOrOfTheNominal) {
     const auto own = parse_tol("UNITS INCH\nCHORD 0.001 -0.002\n", "b.tol", {}, false).value();
     EXPECT_DOUBLE_EQ(own.blocks[0].entries[0].numbers[0], 0.0254);
@@ -81,11 +108,11 @@ TEST(TolFile, InchesAreThoseOfTheFileOrOfTheNominal) {
 }
 
 TEST(TolFile, WhatIsNotEvaluatedIsAnErrorUnlessItIsSkipped) {
-    const std::string text = "CHORD 0.05 -0.05\nLE_RADII 2\nEXCLUDE1 3\n";
+    const std::string text = "CHORD 0.05 -0.05\nLE_RADII 2\nEXCLUDE2 3\n";
     const auto refused = asked(text);
     ASSERT_FALSE(refused);
     EXPECT_TRUE(refused.error().message.starts_with("b.tol:2:1: LE_RADII is not evaluated")) << refused.error().text();
-    const auto skipped = asked(text, {"le_radii", "EXCLUDE1"});
+    const auto skipped = asked(text, {"le_radii", "EXCLUDE2"});
     ASSERT_TRUE(skipped) << skipped.error().text();
     EXPECT_EQ(skipped->size(), 1U);
 }
@@ -110,13 +137,18 @@ TEST(TolFile, SaysWhereAndWhatIsWrong) {
           Case{"LE_OFFSET 0\n", "b.tol:1:11: a distance must lie between"},
           Case{"LETHCK11 1 -1\n", "b.tol:1:1: LETHCK11 is not evaluated"},
           Case{"EXCLUDE3 5\n",
-               "b.tol:1:1: EXCLUDE3 is not evaluated: which zones take part in the alignment is said by "
-               "zones of [alignment]"},
-          Case{"EXCLUDE6 5\n", "b.tol:1:1: EXCLUDE6 is not evaluated; to go on"},
-          Case{"TE_RADII 2\n", "TE_RADII is not evaluated: an edge's radius is told from the points"},
-          Case{"LE_FLAT_SIZE2 2\n", "LE_FLAT_SIZE2 is not evaluated: thicknesses are measured across"},
+               "b.tol:1:1: EXCLUDE3 is not evaluated: it is of a second best fit, which a flavor file says"},
+          Case{"EXCLUDE1 15\n", "b.tol:1:10: all sides are left out of the best fit"},
+          Case{"EXCLUDE1 16\n", "b.tol:1:10: "},
+          Case{"RELTWIST 1 -1\nSECTION B-B\nEXCLUDE1 4\n",
+               "b.tol:3:1: EXCLUDE1 of a single section: RELTWIST compares sections"},
+          Case{"RELTWIST2 1 -1\n", "RELTWIST2 is not evaluated: which section or datum"},
+          Case{"EXCLUDE6 5\n", "b.tol:1:1: EXCLUDE6 is not evaluated (did you mean EXCLUDE1?); to go on"},
+          Case{"TE_RADII 2\n", "TE_RADII is not evaluated: it is the ring of points of a best fit by an edge's arc"},
+          Case{"LE_FLAT_SIZE2 2\n",
+               "LE_FLAT_SIZE2 is not evaluated: it is the zone of the methods SQUARE and OFFSETFLAT"},
           Case{"ROOTANG 12.5\n", "ROOTANG is not evaluated: angles are from +x"},
-          Case{"REFSECT A-A\n", "REFSECT is not evaluated: ask for [[characteristic]] relative_twist"},
+          Case{"REFSECT D-D\n", "b.tol:1:1: the nominal has no section 'D-D'"},
           Case{"SECTION D-D\nCHORD 1 -1\n", "b.tol:1:1: the nominal has no section 'D-D'; it has A-A, B-B, C-C"},
           Case{"ROOTSECT\n", "b.tol:1:1: ROOTSECT needs the name of a section"},
           Case{"CHORD 1 -1\nUNITS MM\n", "b.tol:2:1: UNITS must stand before the first length"},

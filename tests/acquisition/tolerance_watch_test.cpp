@@ -52,8 +52,30 @@ TEST_F(ToleranceWatchTest, APartAtItsLimitIsNotCalledOut) {
     }
 }
 
+/// What the machine does alike to all points no row of points averages away.
+TEST_F(ToleranceWatchTest, WhatTheMachineSharesIsKeptBack) {
+    fitting::SystematicErrors errors;
+    errors.ball_mm = 0.002;
+    errors.form_mm = 0.001;
+    const fitting::ErrorFields fields(errors, setup.z_mm);
+    // 6 um beyond the limit is certain for a machine without errors, and what 2.7 standard deviations of this one make.
+    const auto measured = all(half_zone_mm + 0.006), far_out = all(half_zone_mm + 0.02);
+    EXPECT_TRUE(seen(measured));
+    setup.fields = fields;
+    EXPECT_FALSE(seen(measured));
+    const auto found = seen(far_out);
+    ASSERT_TRUE(found);
+    EXPECT_GT(found->guard_mm, 3.0 * std::hypot(0.002, 0.001));
+    EXPECT_LT(found->guard_mm, 0.02);
+    // An expansion that is known and not corrected is kept back as it is.
+    fitting::SystematicErrors warm;
+    warm.known_expansion = 1e-2;
+    setup.fields = fitting::ErrorFields(warm, setup.z_mm);
+    EXPECT_FALSE(seen(measured));
+}
+
 TEST_F(ToleranceWatchTest, APartThatIsOutIsKnownLongBeforeItsSectionIsComplete) {
-    for (const double thicken_mm : {0.06, -0.06}) {
+    for (const double thicken_mm : {0.066, -0.06}) {
         const auto measured = all(thicken_mm);
         LiveSection live(setup, test_lsb_mm, core::PartFromMachine(), measured.size());
         live.add(std::span(measured).first(40));
@@ -61,7 +83,7 @@ TEST_F(ToleranceWatchTest, APartThatIsOutIsKnownLongBeforeItsSectionIsComplete) 
         EXPECT_NEAR(live.exceedance()->deviation_mm, thicken_mm, 4.0 * noise_mm);
         EXPECT_EQ(live.exceedance()->limit_mm, 2.0 * half_zone_mm);
         EXPECT_GT(live.exceedance()->guard_mm, 0.0);
-        EXPECT_LT(live.exceedance()->guard_mm, 0.008);
+        EXPECT_LT(live.exceedance()->guard_mm, 0.013);
     }
 }
 

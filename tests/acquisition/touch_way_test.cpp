@@ -105,23 +105,5 @@ TEST(TouchWay, MoreContactsThanPlacesLeaveNone) {
     EXPECT_EQ(next_place(places, many), places.size());
 }
 
-TEST(TouchTimes, AreThoseOfTheMotions) {
-    Plan plan;
-    plan.approach_mm = 1.5;
-    plan.approach_speed_mm_s = 10.0;
-    plan.paths.resize(2);
-    plan.paths[0].points = {place(0.0, 0.0, 0.0), place(0.0, 5.0, 0.0), place(0.0, 25.0, 0.0)};
-    plan.paths[0].duration_s = 2.0;
-    plan.duration_s = 6.0;  // 4 s of travel
-    const auto times = touch_times(plan);
-    ASSERT_EQ(times.sections_s.size(), 2U);
-    // Each place: 1.5 mm at 2 mm/s and back at 5 mm/s; 25 mm from the first to the last.
-    EXPECT_NEAR(times.sections_s[0], 3.0 * (0.75 + 0.3) + 2.5, 1e-9);
-    EXPECT_EQ(times.sections_s[1], 0.0);
-    EXPECT_NEAR(times.total_s, 4.0 + times.sections_s[0], 1e-9);
-    plan.approach_speed_mm_s = 1.0;
-    EXPECT_NEAR(touch_times(plan).sections_s[0], 3.0 * (1.5 + 0.3) + 25.0, 1e-9);
-}
-
 }  // namespace
 }  // namespace cmm::acquisition

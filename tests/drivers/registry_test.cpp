@@ -94,6 +94,27 @@ TEST(MachineFile, TheExampleAndTheSimulatorsFileAreReadable) {
     EXPECT_EQ(simulator->endpoint.host, "127.0.0.1");
 }
 
+TEST(MachineFile, SaysByHowMuchTheMachineMayErr) {
+    const TemporaryFile file("figures.toml",
+                             "[link]\nurl = \"modbus+tcp://h\"\n[uncertainty]\nlength_um = 1.9\n"
+                             "length_k_mm_per_um = 250\nprobing_form_um = 1.7\n");
+    const auto settings = load_link_settings(file.path());
+    ASSERT_TRUE(settings) << settings.error().text();
+    EXPECT_DOUBLE_EQ(*settings->errors.length_mm, 1.9e-3);
+    EXPECT_DOUBLE_EQ(*settings->errors.length_share, 4e-6);
+    EXPECT_DOUBLE_EQ(*settings->errors.probing_form_mm, 1.7e-3);
+    EXPECT_FALSE(settings->errors.probing_size_mm);
+    EXPECT_EQ(link_settings_from("modbus+tcp://h")->errors, MachineErrors());
+    // The temperature is the part's.
+    const TemporaryFile wrong("wrong.toml",
+                              "[link]\nurl = \"modbus+tcp://h\"\n[uncertainty]\npart_temperature_c = 21\n");
+    const auto refused = load_link_settings(wrong.path());
+    ASSERT_FALSE(refused);
+    EXPECT_NE(refused.error().message.find(wrong.path() + ":4:1: unknown key uncertainty.part_temperature_c"),
+              std::string::npos)
+        << refused.error().message;
+}
+
 TEST(MachineFile, ErrorsNameThePlace) {
     const TemporaryFile missing("no-url.toml", "[link]\nmap = \"m.toml\"\n");
     const auto without_url = load_link_settings(missing.path());

@@ -197,6 +197,29 @@ TEST(Characteristics, EdgesAtADistance) {
     }
 }
 
+/// Between the cubic at the nose and the first circle, or past it, there is no distance without a place.
+TEST(Characteristics, EveryDistanceFromTheEdgeHasItsPlace) {
+    // Of the turbine of the second seed the first circle stands 0.8 mm behind where circles may begin.
+    for (const std::uint64_t seed : {12U, 5U}) {
+        for (const auto family : families::all_families) {
+            const auto blade = section_truth::of_family(families::make(family, seed));
+            const SectionTruth truth(blade);
+            const SectionFit fit = fit_of(blade, 1.0, {400, 900, 400, 900});
+            MeasuredSection section(fit);
+            const double chord = (truth.tail() - truth.nose()).norm(), step = 1e-4 * chord;
+            for (const bool le : {true, false}) {
+                for (int k = 50; k < 900; ++k) {
+                    const auto thickness = measure_edge_thickness(section, le ? EdgeName::le : EdgeName::te, k * step);
+                    ASSERT_TRUE(thickness) << blade.name << " " << k * step << ": " << thickness.error().message;
+                    if (k < 100 || k % 10 != 0) continue;  // nearer the truth's own search finds the other edge
+                    EXPECT_NEAR(value_of(thickness), truth.edge_thickness(le, k * step), 1e-3)
+                        << blade.name << " " << k * step;
+                }
+            }
+        }
+    }
+}
+
 /// A bump as of dirt and a groove on the suction side: elsewhere the camber line stays, and its end points with it.
 TEST(Characteristics, CamberLineSurvivesABumpAndAGroove) {
     const auto plain = section_truth::envelope(50.0, 4.5, 25 * degree, 0.5, 0.3);

@@ -45,21 +45,33 @@ SixPoints oblique() {
              {{0, 2, 90}, Vector3d(0.05, 0.1, 1.0).normalized()}}};
 }
 
+/// The same set with the first three as middles between both sides of the blade, which face each other at some degrees.
+SixPoints with_middles() {
+    auto points = oblique();
+    for (std::size_t i = 0; i < 3; ++i) {
+        const Vector3d away = (Vector3d(0.1, -0.05, 0.12) - points[i].normal).normalized();
+        points[i].opposite = DatumTouch{points[i].place_mm - (3.0 + static_cast<double>(i)) * points[i].normal, away};
+    }
+    return points;
+}
+
 /// A ball that is led down on each place along its direction, both where `believed` puts them, onto spheres that touch
-/// the true part's places from inside. Radius 0: planes.
-SixCentres touch(const SixPoints& points, const Isometry3d& truth, const Isometry3d& believed, double radius_mm) {
-    SixCentres centres;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-        const Vector3d down = -(believed.linear() * points[i].normal);
-        const Vector3d from = believed * (points[i].place_mm + 20.0 * points[i].normal);
-        const Vector3d place = truth * points[i].place_mm, normal = truth.linear() * points[i].normal;
+/// the true part's places from inside. Radius 0: planes. `excess_mm`: each place lies so far out of where it should.
+TouchCentres touch(const SixPoints& points, const Isometry3d& truth, const Isometry3d& believed, double radius_mm,
+                   double excess_mm = 0.0) {
+    TouchCentres centres;
+    for (const auto& wanted : touches_of(points)) {
+        const Vector3d down = -(believed.linear() * wanted.normal);
+        const Vector3d from = believed * (wanted.place_mm + 20.0 * wanted.normal);
+        const Vector3d place = truth * (wanted.place_mm + excess_mm * wanted.normal);
+        const Vector3d normal = truth.linear() * wanted.normal;
         if (radius_mm == 0.0) {
-            centres[i] = from + down * ((place + ball_mm * normal - from).dot(normal) / down.dot(normal));
+            centres.push_back(from + down * ((place + ball_mm * normal - from).dot(normal) / down.dot(normal)));
             continue;
         }
         const Vector3d to_middle = place - radius_mm * normal - from;
         const double along = to_middle.dot(down), reach = radius_mm + ball_mm;
-        centres[i] = from + down * (along - std::sqrt(reach * reach - (to_middle - along * down).squaredNorm()));
+        centres.push_back(from + down * (along - std::sqrt(reach * reach - (to_middle - along * down).squaredNorm())));
     }
     return centres;
 }
@@ -174,20 +186,22 @@ TEST(SixPoints, WhatIsFreeIsNamed) {
     EXPECT_FALSE(require_hold(three_two_one(), 1.5));
 }
 
-TEST(SixPoints, CovarianceIsThatOfRepeatedTouches) {
+/// Of `points` on spheres, against touches that scatter.
+void expect_covariance_of_repeated_touches(const SixPoints& points) {
     const auto truth = motion({0.2, 0.1, -0.3}, {0.2, 0.3, -0.1});
     SixPointOptions options;
     options.touch_standard_mm = 0.002;
     options.residual_mm = options.moved_mm = 10.0;
-    const auto exact = touch(oblique(), truth, truth, 8.0);
+    const auto exact = touch(points, truth, truth, 8.0);
+    const auto touches = touches_of(points);
     Matrix6 sum = Matrix6::Zero(), stated = Matrix6::Zero();
     constexpr int trials = 4000;
     core::Rng rng(20);
     for (int k = 0; k < trials; ++k) {
         auto centres = exact;
         for (std::size_t i = 0; i < centres.size(); ++i)
-            centres[i] += options.touch_standard_mm * rng.normal() * (truth.linear() * oblique()[i].normal);
-        SixPointRounds rounds(oblique(), ball_mm, options);
+            centres[i] += options.touch_standard_mm * rng.normal() * (truth.linear() * touches[i].normal);
+        SixPointRounds rounds(points, ball_mm, options);
         ASSERT_TRUE(rounds.take(centres));
         const auto& frame = rounds.frame();
         stated = frame.covariance;
@@ -206,6 +220,48 @@ TEST(SixPoints, CovarianceIsThatOfRepeatedTouches) {
             EXPECT_NEAR((sum(i, j) / trials - stated(i, j)) / scale, 0.0, 0.1) << i << ' ' << j;
         }
     }
+}
+
+TEST(SixPoints, CovarianceIsThatOfRepeatedTouches) {
+    expect_covariance_of_repeated_touches(oblique());
+    expect_covariance_of_repeated_touches(with_middles());
+}
+
+TEST(SixPoints, AMiddleDoesNotMindHowThickThePartIs) {
+    const auto truth = motion({0.6, 0.4, -0.35}, {0.4, 0.2, -0.3});
+    auto points = with_middles();
+    for (std::size_t i = 3; i < points.size(); ++i)
+        points[i].opposite = DatumTouch{points[i].place_mm - 10.0 * points[i].normal, -points[i].normal};
+    SixPointOptions options;
+    options.residual_mm = options.moved_mm = 1e-9;
+    for (const double excess_mm : {0.0, 0.2, -0.05}) {
+        SixPointRounds rounds(points, ball_mm, options);
+        for (bool done = false; !done;) {
+            const auto taken =
+                rounds.take(touch(points, truth, rounds.frame().machine_from_part, 8.0, 0.5 * excess_mm));
+            ASSERT_TRUE(taken) << taken.error().text();
+            done = *taken;
+        }
+        EXPECT_LT(farthest(points, truth, rounds.frame().machine_from_part), 1e-8) << excess_mm;
+        for (const auto& found : rounds.frame().excess_mm) {
+            ASSERT_TRUE(found);
+            EXPECT_NEAR(*found, excess_mm, 1e-8);
+        }
+    }
+    // A single touch takes half of it for a shift of the part.
+    const auto taken = solve_six_points(oblique(), touch(oblique(), truth, truth, 8.0, 0.1), ball_mm, truth);
+    ASSERT_TRUE(taken);
+    EXPECT_GT(farthest(oblique(), truth, *taken), 0.09);
+}
+
+TEST(SixPoints, AMiddleHoldsAsATouchInItsPlace) {
+    auto middles = three_two_one();
+    for (auto& point : middles) {
+        point.opposite = DatumTouch{point.place_mm - 4.0 * point.normal, -point.normal};
+        point.place_mm += 4.0 * point.normal;
+    }
+    EXPECT_NEAR(hold_of(middles).condition, hold_of(three_two_one()).condition, 1e-12);
+    EXPECT_NEAR(hold_of(middles).length_mm, hold_of(three_two_one()).length_mm, 1e-12);
 }
 
 TEST(SixPoints, WhatDoesNotSettleSaysWhere) {

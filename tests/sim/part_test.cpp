@@ -63,10 +63,15 @@ TEST_F(PartFile, EveryKeyOfTheDocumentIsKnown) {
         "1\n[alignment]\nkind = \"blade\"\n[gate]\n"
         "profile_mm = 0.1\n[actual]\nkind = \"nominal\"\nfiles = []\nspan = \"auto\"\nnoise_um = "
         "2.0\nbad_points_percent = 3.0\n"
-        "thicken_mm = 0.1\ntwist_deg = 0.5\nshift_mm = [0.1, 0.2]\n");
+        "thicken_mm = 0.1\ntwist_deg = 0.5\nshift_mm = [0.1, 0.2]\nball_error_um = 0.5\nlobes_um = 1.0\nlobes = "
+        "3\nlobes_from_deg = 30\nscale_um_m = [1, 2, 3]\nsquareness_um_m = [4, 5, 6]\ngrowth_um_m = 23\n"
+        "[uncertainty]\nanything = 1\n");
     ASSERT_TRUE(part) << part.error().text();
     EXPECT_EQ(part->name, "rotor");
-    EXPECT_EQ(part->ball_radius_mm, 1.5);
+    EXPECT_NEAR(part->ball_radius_mm, 1.5005, 1e-12);
+    EXPECT_NEAR(part->error.lobes_mm, 0.001, 1e-15);
+    EXPECT_NEAR(part->error.scale.z(), 3e-6, 1e-18);
+    EXPECT_NEAR(part->error.squareness.x(), 4e-6, 1e-18);
     EXPECT_NEAR(part->noise_mm, 0.002, 1e-15);
     EXPECT_NEAR(part->bad_points_share, 0.03, 1e-15);
 }

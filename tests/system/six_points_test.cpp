@@ -25,11 +25,15 @@ class Column {
     static double half_x(double z) { return 20.0 - 0.05 * z; }
     static double half_y(double z) { return 6.0 - 0.01 * z; }
     static Eigen::Vector2d middle(double z) { return {0.05 * z, 0.03 * z}; }
-    static std::string side(double x, double z) {
-        const double y = half_y(z) * std::sqrt(1.0 - x * x / (half_x(z) * half_x(z)));
+    /// Upper, and lower with -1.
+    static std::string side(double x, double z, double upper = 1.0) {
+        const double y = upper * half_y(z) * std::sqrt(1.0 - x * x / (half_x(z) * half_x(z)));
         return place(middle(z).x() + x, middle(z).y() + y, z);
     }
-    static std::string nose(double z) { return place(middle(z).x() - half_x(z), middle(z).y(), z); }
+    /// At the end of smallest x, and of largest with -1.
+    static std::string nose(double z, double left = 1.0) {
+        return place(middle(z).x() - left * half_x(z), middle(z).y(), z);
+    }
 
     struct Stand {
         Eigen::Vector3d at_mm = Eigen::Vector3d::Zero(), turned_deg = Eigen::Vector3d::Zero();
@@ -42,8 +46,10 @@ class Column {
         }
     };
     /// `alignment`: the keys of that table before its points; none: without an alignment.
+    /// `thicken_mm`: too thick by that; then the first five points are middles of two touches.
     std::string part(const std::string& name, const Stand& stand, double noise_um,
-                     const std::optional<std::string>& alignment = "kind = \"six_points\"\n") const {
+                     const std::optional<std::string>& alignment = "kind = \"six_points\"\n",
+                     double thicken_mm = 0.0) const {
         const std::string file = folder_ / (name + ".toml");
         std::ofstream out(file);
         out << "[part]\nname = \"column\"\n[nominal]\nkind = \"mesh\"\nfiles = [\"column.ply\"]\nspan = \"z\"\n"
@@ -52,11 +58,18 @@ class Column {
             << "[gate]\nprofile_mm = 0.05\nedge_profile_mm = 0.05\n";
         if (alignment) {
             out << "[alignment]\n" << *alignment;
-            for (const auto& at : {side(-10, 10), side(10, 10), side(0, 50), nose(10), nose(50)})
+            const auto datum = [&](const std::string& at, const std::string& opposite) {
                 out << "[[alignment.point]]\nat_mm = " << at << "\n";
+                if (thicken_mm != 0.0) out << "opposite_mm = " << opposite << "\n";
+            };
+            datum(side(-10, 10), side(-10, 10, -1));
+            datum(side(10, 10), side(10, 10, -1));
+            datum(side(0, 50), side(0, 50, -1));
+            datum(nose(10), nose(10, -1));
+            datum(nose(50), nose(50, -1));
             out << "[[alignment.point]]\nat_mm = [3.0, 1.8, 60]\ndirection = [0, 0, 1]\n";
         }
-        out << "[actual]\nnoise_um = " << noise_um << "\nbad_points_percent = 0.0\n"
+        out << "[actual]\nnoise_um = " << noise_um << "\nbad_points_percent = 0.0\nthicken_mm = " << thicken_mm << "\n"
             << "stands_at_mm = " << list(stand.at_mm) << "\nstands_turned_deg = " << list(stand.turned_deg) << "\n";
         return file;
     }
@@ -111,6 +124,21 @@ Eigen::Isometry3d motion_in(const nlohmann::json& result) {
         for (int k = 0; k < 4; ++k)
             motion.matrix()(i, k) = result.at("part_frame").at("machine_from_part").at(i).at(k).get<double>();
     return motion;
+}
+
+/// What shift and turn of the frame are off the part as it stands, in units of their standard uncertainties.
+Eigen::Matrix<double, 6, 1> frame_errors(const nlohmann::json& result) {
+    const auto wrong = askew.motion().inverse() * motion_in(result);
+    const auto& frame = result.at("part_frame");
+    Eigen::Vector3d about;
+    for (int k = 0; k < 3; ++k)
+        about[k] = frame.at("about_mm").at(k).get<double>();
+    const Eigen::AngleAxisd turn(wrong.linear());
+    Eigen::Matrix<double, 6, 1> error;
+    error << wrong * about - about, turn.angle() * turn.axis();
+    for (int k = 0; k < 6; ++k)
+        error[k] /= std::sqrt(frame.at("covariance").at(k).at(k).get<double>());
+    return error;
 }
 
 /// Largest distance of a contour to the other's, mm.
@@ -181,24 +209,69 @@ TEST_F(SixPoints, APartThatStandsAskewIsMeasuredAsIfItStoodStraight) {
     }
 }
 
+TEST_F(SixPoints, MiddlesFindAPartThatIsTooThickWhereItStands) {
+    const std::string found = folder_ / "found";
+    const auto thick = column_.part("thick", askew, 0.0, "kind = \"rps\"\n", 0.12);
+    const auto planned = run({cmmlive(), "plan", "--part", thick, "--json"});
+    ASSERT_EQ(planned.exit_code, 0) << planned.err;
+    const auto plan = nlohmann::json::parse(planned.out);
+    EXPECT_GT(plan.at("alignment_s").get<double>(), 20.0) << "eleven touches thrice";
+    EXPECT_GT(plan.at("duration_s").get<double>(), plan.at("alignment_s").get<double>());
+    const auto aligned = scan(thick, found);
+    ASSERT_EQ(aligned.exit_code, 1) << "the profiles are out; " << aligned.err << aligned.out;
+    const auto result = result_of(found);
+    const auto motion = motion_in(result);
+    // The end of the column is one touch: the part is 60 um longer there, and its axis leans.
+    const Eigen::Isometry3d truth = askew.motion() * Eigen::Translation3d(0.05 * 0.06, 0.03 * 0.06, 0.06);
+    for (const Eigen::Vector3d& corner : {Eigen::Vector3d(-20, 0, 20), Eigen::Vector3d(20, 0, 40)})
+        EXPECT_LT((motion * corner - truth * corner).norm(), 2e-3) << (motion * corner - truth * corner).transpose();
+    const auto& excess = result.at("part_frame").at("excess_mm");
+    for (std::size_t i = 0; i < 5; ++i)
+        EXPECT_NEAR(excess.at(i).get<double>(), 0.12, 0.1 * 0.06 + 0.001) << i << ": 60 um higher up a wall that leans";
+    EXPECT_TRUE(excess.at(5).is_null());
+    EXPECT_NE(aligned.err.find("middle of two touches, +0.1"), std::string::npos) << aligned.err;
+    // Kept with the run.
+    const auto again = run({cmmlive(), "fit", found + "/run.cmmrun", "--out", folder_ / "again"});
+    EXPECT_EQ(again.exit_code, 1) << again.err;
+    EXPECT_EQ(result_of(folder_ / "again").at("part_frame"), result.at("part_frame"));
+}
+
 TEST_F(SixPoints, NoiseOfTheTouchesIsInTheUncertainty) {
     const std::string found = folder_ / "found";
     const auto aligned = scan(column_.part("askew", askew, 1.0), found);
     ASSERT_EQ(aligned.exit_code, 0) << aligned.err << aligned.out;
     const auto result = result_of(found);
-    const auto wrong = askew.motion().inverse() * motion_in(result);
-    const auto& frame = result.at("part_frame");
-    Eigen::Vector3d about;
-    for (int k = 0; k < 3; ++k)
-        about[k] = frame.at("about_mm").at(k).get<double>();
-    const Eigen::AngleAxisd turn(wrong.linear());
-    Eigen::Matrix<double, 6, 1> error;
-    error << wrong * about - about, turn.angle() * turn.axis();
-    for (int k = 0; k < 6; ++k) {
-        const double standard = std::sqrt(frame.at("covariance").at(k).at(k).get<double>());
-        EXPECT_LT(std::abs(error[k]), 4.0 * standard) << k;
-        EXPECT_GT(standard, 0.0);
+    for (const double error : frame_errors(result))
+        EXPECT_LT(std::abs(error), 4.0);
+}
+
+/// The touches err by the same machine as the points: what is off in both is off in none, and the rest is stated.
+TEST_F(SixPoints, WhatTheMachineDoesToTheTouchesCounts) {
+    const std::string part = column_.part("erring", askew, 0.2), found = folder_ / "found";
+    std::ofstream(part, std::ios::app)
+        << "ball_error_um = 0.9\nlobes_um = 0.7\nscale_um_m = [3, -3, 2]\nsquareness_um_m = [3, 2, -3]\n"
+           "growth_um_m = 40\n[uncertainty]\nlength_um = 1.5\nlength_k_mm_per_um = 300\nprobing_form_um = 1.6\n"
+           "probing_size_um = 1.9\ntemperature_standard_k = 2\nexpansion_um_m_k = 11.5\n";
+    const auto aligned = scan(part, found);
+    ASSERT_EQ(aligned.exit_code, 0) << aligned.err << aligned.out;
+    const auto result = result_of(found);
+    for (const double error : frame_errors(result))
+        EXPECT_LT(std::abs(error), 3.0);
+    std::size_t off = 0, rows = 0;
+    for (const int section : {0, 1}) {
+        for (const auto& row : read_csv(found + "/section-" + std::to_string(section) + ".csv")) {
+            if (row.at("deviation_mm").empty()) continue;
+            ++rows;
+            off += std::abs(std::stod(row.at("deviation_mm"))) > std::stod(row.at("u95_mm")) ? 1 : 0;
+        }
     }
+    EXPECT_GT(rows, 4000U);
+    EXPECT_LT(static_cast<double>(off), 0.05 * static_cast<double>(rows));
+    // Read back from the run file, the points of the touches are still known.
+    const auto again = run({cmmlive(), "fit", found + "/run.cmmrun", "--out", folder_ / "again"});
+    EXPECT_EQ(again.exit_code, 0) << again.err;
+    EXPECT_EQ(result_of(folder_ / "again").at("part_frame"), result.at("part_frame"));
+    EXPECT_EQ(result_of(folder_ / "again").at("sections"), result.at("sections"));
 }
 
 TEST_F(SixPoints, AMissingDatumLeavesTheMachineStoppedAboveIt) {

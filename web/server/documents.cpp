@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "acquisition/budget_table.hpp"
 #include "acquisition/exports.hpp"
 #include "acquisition/json_text.hpp"
 #include "acquisition/run_file.hpp"
@@ -105,26 +106,33 @@ std::string judged_rows(const acquisition::SectionResult& section) {
     return rows.text();
 }
 
+std::string budget_object(const fitting::ErrorBudget& budget) {
+    JsonFields fields;
+    const auto parts = acquisition::parts_of(budget);
+    for (std::size_t k = 0; k < parts.size(); ++k)
+        fields.add(acquisition::budget_words.at(k).key, parts.at(k), 9);
+    return "{" + fields.text() + "}";
+}
+
 std::string characteristic_rows(const acquisition::SectionResult& section) {
     Row rows;
     for (const auto& c : section.characteristics) {
-        rows.raw("{" +
-                 JsonFields()
-                     .add("name", c.name)
-                     .add("value_mm", in_mm(c, c.value), 6)
-                     .add("u95_mm", in_mm(c, c.u95), 6)
-                     .add("limit_mm", in_mm(c, c.upper), 6)
-                     .add("unit", acquisition::to_string(c.unit))
-                     .add("value", c.value, 9)
-                     .add("u95", c.u95, 9)
-                     .add("nominal", c.nominal, 9)
-                     .add("lower", c.lower, 9)
-                     .add("upper", c.upper, 9)
-                     .add("decision", acquisition::to_string(c.decision))
-                     .add("method", c.method)
-                     .add("note", c.note)
-                     .text() +
-                 "}");
+        JsonFields fields;
+        fields.add("name", c.name)
+            .add("value_mm", in_mm(c, c.value), 6)
+            .add("u95_mm", in_mm(c, c.u95), 6)
+            .add("limit_mm", in_mm(c, c.upper), 6)
+            .add("unit", acquisition::to_string(c.unit))
+            .add("value", c.value, 9)
+            .add("u95", c.u95, 9)
+            .add("nominal", c.nominal, 9)
+            .add("lower", c.lower, 9)
+            .add("upper", c.upper, 9)
+            .add("decision", acquisition::to_string(c.decision))
+            .add("method", c.method)
+            .add("note", c.note);
+        if (c.budget) fields.raw("budget", budget_object(*c.budget));
+        rows.raw("{" + fields.text() + "}");
     }
     return rows.text();
 }

@@ -5,7 +5,7 @@ import { begin, deviationColour, palette } from './canvas';
 interface Ring { x: Float64Array; y: Float64Array; z: number; share: Float64Array | null }
 const corners = 180;
 
-/** Even in arc length from the point farthest along +x of the stacked view's start, so that rings match. */
+/** Even in arc length from the corner nearest to `start`. */
 function ring(points: [number, number][], z: number, start: [number, number], deviations: (number | null)[] | null, halfLimit: number): Ring {
   const n = points.length, lengths = new Float64Array(n + 1);
   let first = 0, nearest = Infinity;
@@ -25,6 +25,24 @@ function ring(points: [number, number][], z: number, start: [number, number], de
     if (out.share && deviations) out.share[k] = (deviations[(i + first) % n] ?? 0) / halfLimit;
   }
   return out;
+}
+
+/** The same ring begun so that its corners lie opposite those of the ring below, each seen from its own middle: which end
+ *  of a section is the LE may be told differently from section to section, and facets between unlike places would cross. */
+function opposite(below: Ring, above: Ring): Ring {
+  const mean = (v: Float64Array) => v.reduce((sum, c) => sum + c, 0) / corners;
+  const dx = mean(above.x) - mean(below.x), dy = mean(above.y) - mean(below.y);
+  let best = 0, least = Infinity;
+  for (let shift = 0; shift < corners; ++shift) {
+    let sum = 0;
+    for (let k = 0; k < corners; ++k) {
+      const l = (k + shift) % corners;
+      sum += (above.x[l] - dx - below.x[k]) ** 2 + (above.y[l] - dy - below.y[k]) ** 2;
+    }
+    if (sum < least) { least = sum; best = shift; }
+  }
+  const begun = (v: Float64Array) => v.map((_, k) => v[(k + best) % corners]);
+  return { x: begun(above.x), y: begun(above.y), z: above.z, share: above.share && begun(above.share) };
 }
 
 export class BladeView {
@@ -70,6 +88,8 @@ export class BladeView {
         this.rings.push(ring(nominal, planned.z_mm, start(undefined, nominal), null, halfLimit));
       }
     }
+    this.measured.sort((a, b) => a.z - b.z);
+    for (let i = 1; i < this.measured.length; ++i) this.measured[i] = opposite(this.measured[i - 1], this.measured[i]);
     this.draw();
   }
   draw() {
@@ -110,7 +130,6 @@ export class BladeView {
     };
     interface Facet { depth: number; shape: [number, number, number][]; share: number; light: number }
     const facets: Facet[] = [];
-    this.measured.sort((a, b) => a.z - b.z);
     for (let i = 0; i + 1 < this.measured.length; ++i) {
       const [a, b] = [this.measured[i], this.measured[i + 1]];
       for (let k = 0; k < corners; ++k) {

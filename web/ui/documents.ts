@@ -13,10 +13,12 @@ export interface Points { last: number; more: boolean; points: LivePoint[] }
 export type ContourRow = [number, number, number, number, number, number | null, number, number?, number?];
 /** seq, x, y, what became of it, residual. */
 export type JudgedPoint = [number, number, number, string, number];
-/** value_mm, u95_mm, limit_mm: of lengths; the others in `unit`. */
+/** Standard uncertainties by where they come from; `added` is added to U95 as it is. In the unit of their number. */
+export interface Budget { noise: number; ball: number; probing: number; length: number; temperature: number; added: number }
+/** value_mm, u95_mm, limit_mm: of lengths; the others in `unit`. `budget`: where machine or temperature are known. */
 export interface Characteristic {
   name: string; value_mm: number | null; u95_mm: number | null; limit_mm: number | null; decision: Decision; method: string; note: string;
-  unit: 'mm' | 'rad' | 'mm2' | '1/mm' | '1'; value: number | null; u95: number | null; nominal: number | null; lower: number | null; upper: number | null;
+  unit: 'mm' | 'rad' | 'mm2' | '1/mm' | '1'; value: number | null; u95: number | null; nominal: number | null; lower: number | null; upper: number | null; budget?: Budget;
 }
 export interface Section {
   index: number; name: string; z_mm: number; finished: boolean; closed: boolean; decision: Decision; rejected: number; why: string;

@@ -1,5 +1,5 @@
 // The page: what is on the screen, and what a person does there.
-import type { Characteristic, Decision, LivePoint, RunSummary, Section, Status } from './documents';
+import type { Budget, Characteristic, Decision, LivePoint, RunSummary, Section, Status } from './documents';
 import { BladeView } from './blade_view';
 import { length } from './canvas';
 import { Run } from './run';
@@ -133,6 +133,13 @@ function cells(row: HTMLTableRowElement, texts: (string | HTMLElement)[], number
   });
 }
 
+/** A text with another below it. */
+function withSmall(tag: 'span' | 'th', text: string, below: string): HTMLElement {
+  const element = make(tag, text);
+  if (below) element.append(make('small', below));
+  return element;
+}
+
 /** For people: angles in degrees. */
 function shown(c: Characteristic, value: number | null, digits: number): string {
   if (value === null) return '';
@@ -142,13 +149,25 @@ function shown(c: Characteristic, value: number | null, digits: number): string 
 }
 
 function limits(c: Characteristic): string {
-  if (c.lower === null) return c.upper === null ? '' : '≤ ' + shown(c, c.upper, 3);
-  return c.upper === null ? '≥ ' + shown(c, c.lower, 3) : shown(c, c.lower, 3) + ' … ' + shown(c, c.upper, 3);
+  if (c.lower === null) return c.upper === null ? '' : '≤\u00a0' + shown(c, c.upper, 3);
+  return c.upper === null ? '≥\u00a0' + shown(c, c.lower, 3) : shown(c, c.lower, 3) + '\u00a0… ' + shown(c, c.upper, 3);
+}
+
+/** The value with U95 below it; where that is known, what most of it comes from, and in the tip all of it. */
+function withUncertainty(c: Characteristic): HTMLElement {
+  const u95 = shown(c, c.u95, 4);
+  const element = withSmall('span', shown(c, c.value, 4) || '–', u95 && '±\u00a0' + u95);
+  if (!c.budget || !u95) return element;
+  const parts = (Object.keys(c.budget) as (keyof Budget)[]).map((key) => [say(`budget_${key}` as Word), c.budget![key]] as const);
+  element.title = [say('budget'), ...parts.map(([name, value]) => `${name}: ${shown(c, value, 5)}`)].join('\n');
+  element.append(make('small', parts.reduce((most, part) => (part[1] > most[1] ? part : most))[0]));
+  return element;
 }
 
 function drawTable() {
   const head = make('tr');
-  for (const word of ['characteristic', 'value', 'u95', 'nominal', 'limit', 'decision'] as Word[]) head.append(make('th', say(word)));
+  const titles: [Word, Word?][] = [['characteristic'], ['decision'], ['value', 'u95'], ['limit', 'nominal']];
+  for (const [word, below] of titles) head.append(withSmall('th', say(word), below ? say(below) : ''));
   byId('table-head').replaceChildren(head);
   const final = finalShown();
   byId('table-title').textContent = final ? `${say('characteristics')} · ${say('section')} ${final.index}` : say('characteristics');
@@ -157,12 +176,12 @@ function drawTable() {
   byId('table-body').replaceChildren(...rows.map(([c, whole]) => {
     const row = make('tr'), name = make('span', named(c.name) + (whole ? ` (${say('whole_part')})` : ''));
     name.title = [c.method, c.note].filter(Boolean).join('\n');
-    cells(row, [name, shown(c, c.value, 4) || '–', shown(c, c.u95, 4) || '–', shown(c, c.nominal, 4), limits(c), badge(c.decision)], [1, 2, 3, 4]);
+    cells(row, [name, badge(c.decision), withUncertainty(c), withSmall('span', limits(c), shown(c, c.nominal, 4))], [2, 3]);
     return row;
   }));
   if (!rows.length) {
     const row = make('tr'), cell = make('td', say('planned'), 'soft');
-    cell.colSpan = 6;
+    cell.colSpan = titles.length;
     row.append(cell);
     byId('table-body').replaceChildren(row);
   }

@@ -20,6 +20,10 @@ export class Run {
   message = '';
   gap: [number, number] | null = null;
   firstScan: number | null = null; // host time of the run, s
+  private planned: { total: number; alignment: number } | null = null; // s, of a run that begins with datum points
+  private began = 0;
+  private heard = 0; // when the newest event came, ms of the page
+  private aligned = false;
   lastTime = 0;
   connected = true;
   private next = 1;
@@ -39,8 +43,20 @@ export class Run {
     this.stream?.close();
   }
 
-  /** Share of the whole run that is measured, by sections and the points of the present one. */
+  /** Share of the whole run that is done: the alignment by datum points for its share of the time, then the sections. */
   share(): number {
+    const measured = this.measured();
+    if (!this.planned) return measured;
+    const { total, alignment } = this.planned;
+    const found = this.aligned || measured ? 1 : Math.min(1, (this.now() - this.began) / alignment);
+    return measured + (found - measured) * (alignment / total);
+  }
+  /** Host time of the run; nothing is told while datum points are touched. */
+  private now(): number {
+    return this.isLive ? this.lastTime + (performance.now() - this.heard) / 1000 : this.lastTime;
+  }
+  /** Share of the sections that is measured, the points of the present one counted. */
+  private measured(): number {
     const all = this.plan?.sections.length ?? 0;
     if (!all) return 0;
     if (this.final.size >= all) return 1;
@@ -49,9 +65,10 @@ export class Run {
     return Math.min(1, (this.final.size + part) / all);
   }
   remaining(): number | null {
-    const share = this.share();
-    if (this.motion !== 'scanning' || this.firstScan === null || share < 0.02) return null;
-    return ((this.lastTime - this.firstScan) * (1 - share)) / share;
+    const measured = this.measured();
+    if (this.planned && !this.aligned && !measured && this.isLive) return this.planned.total * (1 - this.share());
+    if (this.motion !== 'scanning' || this.firstScan === null || measured < 0.02) return null;
+    return ((this.lastTime - this.firstScan) * (1 - measured)) / measured;
   }
 
   private async begin() {
@@ -83,6 +100,8 @@ export class Run {
     this.next = 1;
     this.lastPoint = 0;
     this.firstScan = null;
+    this.planned = null;
+    this.aligned = false;
     this.gap = null;
     this.result = null;
     this.choice = { rejected: [], restored: [] };
@@ -114,12 +133,21 @@ export class Run {
   }
   private take(events: RunEvent[]) {
     this.restarts = 0;
+    this.heard = performance.now();
     let points = false, all = false;
     for (const event of events) {
       if (event.seq !== undefined) this.next = event.seq + 1;
       if (event.t_host_s !== undefined) this.lastTime = event.t_host_s;
       const section = event.section as number | undefined;
       switch (event.event) {
+        case 'RunStarted':
+          this.began = event.t_host_s ?? 0;
+          if (event.alignment_s) this.planned = { total: event.planned_s as number, alignment: event.alignment_s as number };
+          all = true;
+          break;
+        case 'PartAligned':
+          this.aligned = all = true;
+          break;
         case 'SampleBatch':
           points = true;
           if (section !== undefined && this.current !== section) { this.current = section; all = true; }

@@ -11,12 +11,19 @@
 #include "fitting/best_fit.hpp"
 #include "fitting/chord.hpp"
 #include "fitting/datum.hpp"
+#include "fitting/radius_uncertainty.hpp"
 #include "fitting/thickness_measures.hpp"
 #include "fitting/throat.hpp"
+#include "support/drawn_errors.hpp"
 #include "support/section_truth.hpp"
 
 namespace cmm::fitting::coverage {
 namespace {
+
+/// Of the three numbers of a motion; what is known counts as if it were a standard uncertainty.
+Eigen::Matrix3d covariance_of(const MotionLoads& loads) {
+    return loads * loads.transpose();
+}
 
 void count(Tally& tally, double error, double standard, double u95) {
     ++tally.trials;
@@ -39,6 +46,7 @@ struct Truth {
 };
 
 constexpr double belac_rad = 0.7;
+constexpr double section_step_mm = 40.0;  // from one section of a blade to the next
 
 Truth truth_of(const families::Blade& blade) {
     const section_truth::SectionTruth t(section_truth::of_family(blade));
@@ -131,8 +139,9 @@ void judge(const families::Blade& blade, const ClosedCurve& nominal, const Truth
     if (const auto moved = fit_to_nominal(section.contour(), nominal, min_max)) {
         const MeasuredSection* const only = &section;
         const Datum datum = datums_of(*moved, {&only, 1}).front();
+        const Eigen::Matrix3d covariance = datum.covariance + covariance_of(datum.loads);
         const auto one = [&](const std::string& name, double value, Eigen::Index k) {
-            const double standard = std::sqrt(datum.covariance(k, k));
+            const double standard = std::sqrt(covariance(k, k));
             count(tallies[name], value, standard, 2.0 * standard);
         };
         one("min-max shift x", moved->motion.shift_mm.x(), 0);
@@ -172,13 +181,31 @@ void judge(const families::Blade& blade, const ClosedCurve& nominal, const Truth
     const auto radius = [&](const std::string& name, const EdgeFit& edge, const families::End& end) {
         const EdgeModel form = end.along == end.across ? EdgeModel::arc : EdgeModel::ellipse;
         Tally& tally = tallies[name];
-        if (!edge.valid || edge.model != form)
+        if (!edge.valid || edge.model != form) {
             ++tally.refused;
-        else
-            count(tally, edge.radius_mm - end.nose_radius(), edge.radius_u95_mm / 2.0, edge.radius_u95_mm);
+            return;
+        }
+        const double u95 = radius_uncertainty(fit, &edge == &fit.le ? Zone::le : Zone::te).u95;
+        count(tally, edge.radius_mm - end.nose_radius(), u95 / 2.0, u95);
     };
     radius("LE radius", fit.le, blade.le());
     radius("TE radius", fit.te, blade.te());
+}
+
+/// Of two sections, each by its own best fit: what they have in common goes together.
+void judge_lean(const ClosedCurve& nominal, const MeasuredSection& root, const MeasuredSection& tip, Tallies& tallies) {
+    const auto low = fit_to_nominal(root.contour(), nominal), high = fit_to_nominal(tip.contour(), nominal);
+    if (!low || !high) return;
+    const MeasuredSection *const first = &root, *const last = &tip;
+    const Datum from = datums_of(*low, {&first, 1}).front(), to = datums_of(*high, {&last, 1}).front();
+    const Eigen::Matrix3d covariance = from.covariance + to.covariance + covariance_of(to.loads - from.loads);
+    const auto one = [&](const std::string& name, double value, Eigen::Index k) {
+        const double standard = std::sqrt(covariance(k, k));
+        count(tallies[name], value, standard, 2.0 * standard);
+    };
+    one("lean x", high->motion.shift_mm.x() - low->motion.shift_mm.x(), 0);
+    one("lean y", high->motion.shift_mm.y() - low->motion.shift_mm.y(), 1);
+    one("relative twist", high->motion.turn_rad - low->motion.turn_rad, 2);
 }
 
 /// Three sections like each other as one blade, which lies where its nominal does: its alignment, and the place of one
@@ -192,13 +219,15 @@ void judge_blade(const ClosedCurve& nominal, const std::vector<SectionFit>& fits
         measured.push_back(sections.back().get());
         members.push_back({&sections.back()->contour(), &nominal, {}});
     }
+    judge_lean(nominal, *sections.front(), *sections.back(), tallies);
     const auto found = fit_to_nominals(members);
     if (!found) {
         ++tallies["blade rotation"].refused;
         return;
     }
     const auto datums = datums_of(*found, measured);
-    const auto standard = [&](Eigen::Index k) { return std::sqrt(datums[0].covariance(k, k)); };
+    const Eigen::Matrix3d covariance = datums[0].covariance + covariance_of(datums[0].loads);
+    const auto standard = [&](Eigen::Index k) { return std::sqrt(covariance(k, k)); };
     const auto& motion = found->motion;
     count(tallies["blade shift x"], motion.shift_mm.x(), standard(0), 2.0 * standard(0));
     count(tallies["blade shift y"], motion.shift_mm.y(), standard(1), 2.0 * standard(1));
@@ -222,18 +251,26 @@ std::vector<Tallies> run(const Task& task) {
         const families::Blade blade = families::make(task.family, seed);
         const Truth truth = truth_of(blade);
         const ClosedCurve nominal = nominal_of(blade);
+        core::Rng machines = core::Rng::keyed(seed, 0xE0, static_cast<std::uint64_t>(task.family));
         for (std::size_t k = 0; k < task.sigmas_mm.size(); ++k) {
             families::ScanOptions scanning;
             scanning.points = task.points;
             scanning.sigma_mm = task.sigmas_mm[k];
             scanning.bad_share = task.bad_share;
             scanning.seed = 7919 * seed + k;
-            const auto scan = families::scan(blade, scanning);
             SectionOptions options;
             options.ball_radius_mm = scanning.ball_mm;
             options.le_hint = blade.le().nose;
             options.te_hint = blade.te().nose;
-            const auto fit = fit_section(scan.points, {}, options);
+            auto machine = drawn_errors::draw(task.errors, machines);
+            const auto measured_at = [&](double z_mm) -> core::Result<SectionFit> {
+                auto scan = families::scan(blade, scanning);
+                drawn_errors::displace(blade, machine, scan, z_mm);
+                auto fit = fit_section(scan.points, {}, options);
+                if (fit) fit->contour_noise.set_fields(ErrorFields(task.errors, z_mm));
+                return fit;
+            };
+            const auto fit = measured_at(0.0);
             if (!fit) {
                 ++tallies[k]["section"].refused;
                 continue;
@@ -242,7 +279,8 @@ std::vector<Tallies> run(const Task& task) {
             std::vector<SectionFit> sections{*fit};
             for (std::uint64_t other = 1; other < task.sections; ++other) {
                 scanning.seed += 1000003;
-                if (auto beside = fit_section(families::scan(blade, scanning).points, {}, options))
+                drawn_errors::draw_waves(task.errors, machines, machine);
+                if (auto beside = measured_at(section_step_mm * static_cast<double>(other)))
                     sections.push_back(std::move(*beside));
             }
             if (sections.size() > 1) judge_blade(nominal, sections, tallies[k]);

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "fitting/error_fields.hpp"
 #include "support/families.hpp"
 
 /// How often the 95 % intervals of characteristics hold the truth.
@@ -28,6 +29,7 @@ struct Task {
     std::size_t points = 600;
     double bad_share = 0.0;
     std::size_t sections = 3;  ///< of one blade, for its alignment
+    SystematicErrors errors;   ///< of the machines that measure them, one for each blade; none
 };
 /// One tally for each noise, by the names of the characteristics. Deterministic.
 std::vector<Tallies> run(const Task& task);

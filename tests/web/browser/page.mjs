@@ -95,6 +95,10 @@ try {
   await page.keyboard.press('[');
   await page.locator('#section-choice').selectOption('0');
   await until(page, 'a section with its characteristics', () => document.querySelectorAll('#table-body .badge').length >= 8);
+  check('decision and limit stand in view', await page.evaluate(() => {
+    const box = document.querySelector('.table .scroll');
+    return box.scrollWidth <= box.clientWidth;
+  }));
   check('decisions have words', /accepted|rejected|undecided/.test(await page.locator('#table-body').innerText()));
   await page.locator('#section').focus();
   await page.keyboard.press('n');
