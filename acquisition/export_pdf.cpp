@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "acquisition/budget_table.hpp"
@@ -108,13 +109,22 @@ void add_characteristics(pdf::Pages& pages, const PartResult& part) {
     pages.table(columns, rows);
 }
 
+/// Of a column whose title is broken at blanks alone.
+double width_for(std::string_view title) {
+    constexpr double of_letter = 0.18, of_numbers = 1.4;
+    std::size_t longest = 0;
+    for (const auto word : core::split(title, ' '))
+        longest = std::max(longest, word.size());
+    return std::max(of_numbers, of_letter * static_cast<double>(longest));
+}
+
 void add_budgets(pdf::Pages& pages, const PartResult& part) {
     const auto budgets = budget_rows(part);
     if (budgets.empty()) return;
-    std::vector<Column> columns{{"Characteristic", 2.6, false}, {"Sec.", 0.8, true}, {"", 0.9, false}};
+    std::vector<Column> columns{{"Characteristic", 2.6, false}, {"Sec.", 0.7, true}, {"", 1.2, false}};
     for (const auto& word : budget_words)
-        columns.push_back({word.title, 1.5, true});
-    columns.push_back({"U95", 1.2, true});
+        columns.push_back({word.title, width_for(word.title), true});
+    columns.push_back({"U95", 1.0, true});
     std::vector<std::vector<Cell>> rows;
     for (const auto& row : budgets) {
         std::vector<Cell> cells{{row.name}, {row.section}, {row.unit}};
