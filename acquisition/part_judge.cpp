@@ -161,7 +161,8 @@ bool PartJudge::rejects_for_certain(std::size_t index) const {
     const Judged& judged = **found;
     if (judged.result.compensation.state != Compensation::State::provisional) return true;
     if (!judged.setup->nominal) return false;
-    return judge_fit(judged.result, *judged.flat, *judged.setup, nullptr, Lean::doubted).decision() == Decision::reject;
+    return judge_fit(judged.result, judged.in_plane(), *judged.setup, nullptr, Lean::doubted).decision() ==
+           Decision::reject;
 }
 
 bool PartJudge::has(std::size_t index) const {

@@ -12,6 +12,7 @@ namespace cmm::fitting {
 /// either side, or by the straight distance from the nose. One of the two.
 struct RadiusWindow {
     std::optional<double> arc_rad, reach_mm;
+    bool operator==(const RadiusWindow&) const = default;
 };
 
 struct WindowRadius {

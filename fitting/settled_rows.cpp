@@ -23,6 +23,7 @@ constexpr double freedom = 4.0;       // of Student's distribution, by which a r
 constexpr int scale_updates = 3;
 /// The first with known roughness: without, the curve bends half-way to a few bad points.
 constexpr int judged_round = 1;
+constexpr std::size_t rows_that_tell = 6;  // how rough it is at a knot; fewer have their joints alone in common
 
 /// What rows have in common, along u from where they begin: half-way along a side, where there are no joints.
 class CommonShape {
@@ -162,7 +163,7 @@ std::vector<SurfaceRow> settle_rows(std::span<const SurfaceRow> rows, int rounds
     const auto begin_t = [&](std::size_t k) { return rows[k].parameter(common.begin_mm(k)); };
     std::vector<SettlingRow> settling;
     for (std::size_t k = 0; k < rows.size(); ++k)
-        settling.push_back({KnownFit(rows[k].smooth(), begin_t(k))});
+        settling.push_back({KnownFit(rows[k].smooth(), begin_t(k)), rows.size() >= rows_that_tell});
     for (int round = 0; round < rounds; ++round) {
         if (round > 0) common.learn();
         for (std::size_t k = 0; k < rows.size(); ++k) {
