@@ -30,8 +30,8 @@ struct EvaluationOptions {
     DecisionRule rule;
     AlignmentSpec alignment;
     const NominalMeasures* nominal_measures = nullptr;  ///< for `asked`, where they are made already
-    Lean lean = Lean::nominal;                       ///< by which the 2-D offset's error is counted
-    std::optional<fitting::PlaneUncertainty> plane;  ///< in which the section was cut; absent: it is known
+    Lean lean = Lean::nominal;                          ///< by which the 2-D offset's error is counted
+    std::optional<fitting::PlaneUncertainty> plane;     ///< in which the section was cut; absent: it is known
 };
 
 /// Judges a section. `section` brings index, name, z and points; the fit's verdicts are copied to the points. A failed

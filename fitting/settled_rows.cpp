@@ -17,7 +17,7 @@ constexpr std::size_t common_anchors = 1600, most_spans = 512;
 /// However well the others foretell a joint, it may lie off them by so much.
 constexpr double least_joint_sigma_mm = 0.005;
 constexpr double least_known = 0.05;  // share of a knot's jump that all rows tell
-constexpr double least_square = 1e-14;
+constexpr double least_told_square = 1e-14;
 constexpr double beside_share = 0.5;  // that a knot's neighbours have in its roughness
 constexpr double freedom = 4.0;       // of Student's distribution, by which a row's jump is of the common scale
 constexpr int scale_updates = 3;
@@ -87,7 +87,7 @@ class CommonShape {
         const double of_behind = joint_behind(i) ? 0.0 : beside_share;
         double scale = 0.0;
         for (int update = 0; update <= scale_updates; ++update) {
-            KnotRoughness sum{least_square, least_known};
+            KnotRoughness sum{least_told_square, least_known};
             const auto add = [&](const KnotRoughness& told, double share) {
                 const double weight = update == 0 ? 1.0 : (freedom + told.known) / (freedom + told.square / scale);
                 sum.square += share * weight * told.square;
