@@ -32,9 +32,9 @@ class AskedCharacteristics {
                          const fitting::NominalSection* nominal, const NominalMeasures* measures, FormProfile form,
                          const DecisionRule& rule, const fitting::Datum* datum = nullptr);
 
-    /// `known`: what is judged in any case; a radius is taken from there.
     /// Where the section lies to its nominal; none where there is no best fit.
     std::optional<SectionPlacement> placement(const ZoneSet& zones);
+    /// `known`: what is judged in any case; a radius is taken from there.
     Characteristic make(const CharacteristicSpec& spec, const SectionResult& known);
 
   private:

@@ -112,8 +112,6 @@ NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const 
     for (const double part : taken)
         doubt += part * part;
     NumberUncertainty out;
-    Sensitivity all = number;
-    all.add(beside.slopes, 1.0);
     const double noise = coverage_ * std::sqrt(variance(contour, number) + beside.variance + plane_.variance(number));
     const double scattered = std::hypot(noise, std::sqrt(doubt));
     out.offset_error = std::abs(offset);
@@ -121,7 +119,10 @@ NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const 
     out.standard = out.scatter = out.u95 / coverage_;
     out.budget.noise = scattered / coverage_;
     out.budget.bound = bound + out.offset_error;
-    if (fields_.any()) add_fields(contour, all, beside.loads, out);
+    if (!fields_.any()) return out;
+    Sensitivity all = number;
+    all.add(beside.slopes, 1.0);
+    add_fields(contour, all, beside.loads, out);
     return out;
 }
 

@@ -12,7 +12,6 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr int free_tunings = 9;
 constexpr int known_tunings = 3;        // where the roughness or nearly the curve is known
 constexpr double known_freedom = 4.0;   // of Student's distribution, where the roughness is known
 constexpr std::size_t clear_spans = 3;  // from a joint to the next, and to where the curve begins
@@ -21,9 +20,6 @@ constexpr double far_known_shift = 0.2;  // of a joint's shift: the step of the 
 /// A bad point that was not found, alone or in a run of a few, does not count as something to follow; a point as far
 /// off as `meant_sigmas` is there because somebody wants it.
 constexpr double counted_sigmas = 2.0, meant_sigmas = 10.0;
-/// A knot and those that share its scale tell hardly more than two degrees of freedom: the logarithm of their variance
-/// has the variance 1.
-constexpr double own_doubt = 2.72;
 
 double from_begin(double t, double begin_t, double period) {
     return t - begin_t - period * std::floor((t - begin_t) / period);
@@ -79,19 +75,16 @@ KnownFit::KnownFit(const SmoothCurve& smooth, double begin_t)
         t_.push_back(from_begin(smooth.parameter[i], begin_t, smooth.curve.period()));
 }
 
-KnownFit::KnownFit(std::span<const Vec2> points, std::vector<double> t, double sigma_mm)
-    : order_(points.size()), t_(std::move(t)), system_(points, sigma_mm) {
-    std::iota(order_.begin(), order_.end(), std::size_t{0});
-}
-
 core::Status KnownFit::fit(const KnownShape& shape) {
     roughness_known_ = !shape.roughness.empty();
-    doubt_ = roughness_known_ ? shape.roughness_doubt : own_doubt;
-    const bool first = !std::exchange(begun_, true);
-    if (first)
+    doubt_ = roughness_known_ ? shape.roughness_doubt : own_roughness_doubt;
+    const bool anew = !std::exchange(begun_, true) || joints_.size() != shape.joints.size();
+    if (anew) {
+        joints_.clear();
         for (const KnownJoint& joint : shape.joints)
             joints_.push_back({on_grid(joint.t), joint.step});
-    if (auto status = open(shape, first); !status) return status;
+    }
+    if (auto status = open(shape, anew); !status) return status;
     if (auto status = refine(shape, roughness_known_ ? known_tunings : free_tunings); !status) return status;
     if (shift(shape)) {
         if (auto status = open(shape, false); !status) return status;
@@ -103,7 +96,7 @@ core::Status KnownFit::fit(const KnownShape& shape) {
     return {};
 }
 
-core::Status KnownFit::open(const KnownShape& shape, bool first) {
+core::Status KnownFit::open(const KnownShape& shape, bool anew) {
     if (!have_room(joints_, shape.breaks))
         return core::fail(core::ErrorCode::fit_not_evaluable,
                           "smoothing spline: a joint of the curvature is too near to another, or to where the curve "
@@ -112,7 +105,7 @@ core::Status KnownFit::open(const KnownShape& shape, bool first) {
     for (const CurvatureStep& joint : joints_)
         places.push_back(joint.t);
     auto breaks = with_joint_knots(shape.breaks, places, knots_);
-    return first ? system_.start(std::move(breaks), t_) : system_.change_breaks(std::move(breaks), {});
+    return anew ? system_.start(std::move(breaks), t_) : system_.change_breaks(std::move(breaks), {});
 }
 
 core::Status KnownFit::refine(const KnownShape& shape, int count) {

@@ -32,10 +32,9 @@ class KnownFit {
   public:
     /// The points of a curve round from `begin_t`: their parameters are those of before less `begin_t`, in [0, period].
     KnownFit(const SmoothCurve& smooth, double begin_t);
-    /// Points in order round with parameters that ascend within the shape's breaks.
-    KnownFit(std::span<const Vec2> points, std::vector<double> t, double sigma_mm);
 
-    /// O(n). Errors: fit_not_evaluable (a joint without room, singular).
+    /// From where the last fit ended; anew where the shape has another number of joints. O(n). Errors:
+    /// fit_not_evaluable (a joint without room, singular).
     core::Status fit(const KnownShape& shape);
 
     /// Whether the curve follows its points (not_followed), but for a few bad ones that were not found.
@@ -48,7 +47,7 @@ class KnownFit {
     SmoothCurve finish() &&;
 
   private:
-    core::Status open(const KnownShape& shape, bool first);
+    core::Status open(const KnownShape& shape, bool anew);
     core::Status refine(const KnownShape& shape, int count);
     void adopt_roughness(const KnownShape& shape);
     /// Puts the joints where the curve has them now. False when they are there to all intents.

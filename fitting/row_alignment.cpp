@@ -86,14 +86,14 @@ std::vector<double> common_steps(std::span<const RowFeatures> rows, RowFeatures:
     std::vector<double> steps;
     for (const RowFeatures& row : rows)
         if (row.joints[end]) steps.push_back(row.joints[end]->step);
-    const double usual = nth_smallest(steps, steps.size() / 2), low = usual / step_range, high = usual * step_range;
+    const double usual = nth_smallest(steps, steps.size() / 2);
+    const auto [low, high] = std::minmax({usual / step_range, usual * step_range});
     std::vector<std::optional<Known>> known(rows.size());
     for (std::size_t k = 0; k < rows.size(); ++k)
-        if (rows[k].joints[end])
-            known[k] = Known{std::clamp(rows[k].joints[end]->step, std::min(low, high), std::max(low, high))};
+        if (rows[k].joints[end]) known[k] = Known{std::clamp(rows[k].joints[end]->step, low, high)};
     auto smooth = smoothed_over(z, known).value;
     for (double& step : smooth)
-        step = std::clamp(step, std::min(low, high), std::max(low, high));
+        step = std::clamp(step, low, high);
     return smooth;
 }
 

@@ -18,6 +18,7 @@ void RowFeatures::set_joints(std::span<const RowJoint> found) {
         return std::min(d, length_mm - d);
     };
     for (const RowJoint& joint : found) {
+        if (!std::isfinite(joint.s_mm) || !std::isfinite(joint.sigma_mm) || !std::isfinite(joint.step)) continue;
         std::optional<std::size_t> nearest;
         for (const std::size_t j : {le_end, te_begin, te_end, le_begin})
             if (!nearest || distance(s_mm[j], joint.s_mm) < distance(s_mm[*nearest], joint.s_mm)) nearest = j;

@@ -27,7 +27,8 @@ struct RowFeatures {
     std::array<std::optional<RowJoint>, count> joints;
 
     /// Beside an end of an edge the joint with the largest step counts. It may be farther from the nose than the end
-    /// is: an ellipse's curvature falls long before it meets the side.
+    /// is: an ellipse's curvature falls long before it meets the side. One that a fit tells no number of does not
+    /// count.
     void set_joints(std::span<const RowJoint> found);
 };
 

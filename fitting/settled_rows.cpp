@@ -31,12 +31,15 @@ class CommonShape {
     explicit CommonShape(std::span<const SurfaceRow> rows)
         : rows_(rows), features_(features_of(rows)), alignment_(features_) {
         begin_u_ = 0.5 * (alignment_.place(RowFeatures::le_end) + alignment_.place(RowFeatures::te_begin));
-        for (std::size_t k = 0; k < rows.size(); ++k)
+        for (std::size_t k = 0; k < rows.size(); ++k) {
             begin_mm_.push_back(s_at(k, 0.0));
+            begin_t_.push_back(rows[k].parameter(begin_mm_[k]));
+        }
         place_knots();
     }
 
     double begin_mm(std::size_t row) const { return begin_mm_[row]; }
+    double begin_t(std::size_t row) const { return begin_t_[row]; }
 
     KnownShape on(std::size_t row) const {
         KnownShape shape;
@@ -61,9 +64,8 @@ class CommonShape {
     /// What a row's points said of its joints, and, when it was fitted with the common shape, of its roughness.
     void hear_joints(std::size_t row, const KnownFit& fit) {
         std::vector<RowJoint> joints;
-        const double begin_t = rows_[row].parameter(begin_mm_[row]);
         for (const CurvatureStep& joint : fit.joints())
-            joints.push_back({rows_[row].arc_length(joint.told_t + begin_t), joint.told_sigma_mm, joint.step});
+            joints.push_back({rows_[row].arc_length(joint.told_t + begin_t_[row]), joint.told_sigma_mm, joint.step});
         features_[row].set_joints(joints);
     }
     void hear_roughness(const KnownFit& fit, const KnownShape& shape) { heard_.push_back(fit.roughness(shape)); }
@@ -111,7 +113,7 @@ class CommonShape {
     /// From where the row begins.
     double parameter(std::size_t row, double s_mm) const {
         const double period = rows_[row].smooth().curve.period();
-        const double t = rows_[row].parameter(s_mm) - rows_[row].parameter(begin_mm_[row]);
+        const double t = rows_[row].parameter(s_mm) - begin_t_[row];
         return t - period * std::floor(t / period);
     }
 
@@ -142,8 +144,8 @@ class CommonShape {
     std::vector<RowFeatures> features_;
     RowAlignment alignment_;
     double begin_u_ = 0.0;
-    std::vector<double> begin_mm_;  // by row
-    std::vector<double> knots_;     // u from there
+    std::vector<double> begin_mm_, begin_t_;  // by row
+    std::vector<double> knots_;               // u from there
     std::vector<double> roughness_;
     std::vector<std::vector<KnotRoughness>> heard_;  // of each row, at each knot
 };
@@ -160,10 +162,9 @@ struct SettlingRow {
 std::vector<SurfaceRow> settle_rows(std::span<const SurfaceRow> rows, int rounds) {
     if (rows.size() < 2) return {rows.begin(), rows.end()};
     CommonShape common(rows);
-    const auto begin_t = [&](std::size_t k) { return rows[k].parameter(common.begin_mm(k)); };
     std::vector<SettlingRow> settling;
     for (std::size_t k = 0; k < rows.size(); ++k)
-        settling.push_back({KnownFit(rows[k].smooth(), begin_t(k)), rows.size() >= rows_that_tell});
+        settling.push_back({KnownFit(rows[k].smooth(), common.begin_t(k)), rows.size() >= rows_that_tell});
     for (int round = 0; round < rounds; ++round) {
         if (round > 0) common.learn();
         for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -174,10 +175,10 @@ std::vector<SurfaceRow> settle_rows(std::span<const SurfaceRow> rows, int rounds
                 if (alike)
                     common.hear_roughness(fit, shape);
                 else
-                    fit = KnownFit(rows[k].smooth(), begin_t(k));
+                    fit = KnownFit(rows[k].smooth(), common.begin_t(k));
             }
             if (!alike && known)
-                known = fit.fit({own_breaks(rows[k].smooth(), begin_t(k)), common.joints_on(k), {}}).has_value();
+                known = fit.fit({own_breaks(rows[k].smooth(), common.begin_t(k)), common.joints_on(k), {}}).has_value();
             if (known) common.hear_joints(k, fit);
         }
     }

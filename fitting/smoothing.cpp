@@ -24,10 +24,6 @@ constexpr double anchor_sigmas = 12.0;  // distance of anchors
 constexpr int refinements = 3;
 constexpr int halvings = 8;               // of spans that do not follow their points
 constexpr std::size_t fewest_halved = 4;  // points in such a span
-constexpr int tunings = 9;
-/// exp(1): the logarithm of a variance that two degrees of freedom tell has the variance 1, and a knot and those that
-/// share its scale tell hardly more of theirs. The uncertainty is that of a curve so much rougher than is likeliest.
-constexpr double roughness_doubt = 2.72;
 constexpr double longest_period_mm = 1e7;
 
 /// Noise along the normal, roughly and too large where the points are sparse: from the offsets of the points from the
@@ -107,7 +103,7 @@ class Smoothing {
   private:
     core::Status fit(std::span<const char> lacking) {
         if (auto status = start(lacking); !status) return status;
-        if (auto status = system_.refine(tunings); !status) return status;
+        if (auto status = system_.refine(free_tunings); !status) return status;
         auto joints = place_joints(system_);
         if (!joints) return tl::unexpected(joints.error());
         joints_ = std::move(*joints);
@@ -194,7 +190,7 @@ core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points) {
 
     Smoothing smoothing(in_order, std::move(t), chords, points, sigma_mm);
     if (auto status = smoothing.run(); !status) return tl::unexpected(status.error());
-    return std::move(smoothing.system()).finish(std::move(smoothing.joints()), order, origin, roughness_doubt);
+    return std::move(smoothing.system()).finish(std::move(smoothing.joints()), order, origin, own_roughness_doubt);
 }
 
 }  // namespace cmm::fitting

@@ -134,6 +134,11 @@ class SmoothingSystem {
     Roughness roughness_;
 };
 
+/// So many solutions settle noise and roughness where the points alone tell them.
+inline constexpr int free_tunings = 9;
+/// exp(1): the logarithm of a variance that two degrees of freedom tell has the variance 1, and a knot and those that
+/// share its scale tell hardly more of theirs. The uncertainty is that of a curve so much rougher than is likeliest.
+inline constexpr double own_roughness_doubt = 2.72;
 /// Finer noise is not resolved.
 inline constexpr double least_sigma_mm = 2e-5;
 

@@ -183,7 +183,6 @@ TEST_F(PartJudgeTest, WhatStaysFlatSaysWhy) {
     EXPECT_EQ(sections[2].compensation.state, Method::final);
 }
 
-/// One section elsewhere, at the height of another: it keeps its own contour.
 TEST_F(PartJudgeTest, WallsThatLeanMoreThanTheNominalDoNotRejectBeforeTheirLeanIsKnown) {
     const LeaningPart part(leaning_text("profile_mm = 0.016\n"), leans_more);
     PartJudge judge;
@@ -229,6 +228,7 @@ TEST_F(PartJudgeTest, WithoutANominalTheLeanHasToBeMeasured) {
     EXPECT_TRUE(judge.rejects_for_certain(0)) << "half a millimetre too thick";
 }
 
+/// One section elsewhere, at the height of another: it keeps its own contour.
 TEST_F(PartJudgeTest, ASectionThatDoesNotJoinKeepsIts2dContour) {
     const Measured measured(part_text("[20, 30, 40]"));
     PartJudge judge;

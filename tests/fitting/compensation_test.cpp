@@ -62,7 +62,8 @@ SectionOptions hints(const families::TwistedBlade& blade, double z) {
     return options;
 }
 
-Tally3 judge(const families::TwistedBlade& blade, const families::ScanOptions& scanning) {
+/// By every `step`th section.
+Tally3 judge(const families::TwistedBlade& blade, const families::ScanOptions& scanning, std::size_t step = 3) {
     const auto rows = families::scan_rows(blade, 25, 2, blade.height() - 2, scanning);
     SurfaceCompensation compensation(ball_mm);
     for (std::size_t k = 0; k < rows.rows.size(); ++k) {
@@ -71,7 +72,7 @@ Tally3 judge(const families::TwistedBlade& blade, const families::ScanOptions& s
     }
     EXPECT_TRUE(compensation.fit());
     Tally3 tally;
-    for (std::size_t k = 0; k < rows.rows.size(); k += 3) {
+    for (std::size_t k = 0; k < rows.rows.size(); k += step) {
         const auto truth = blade.section(rows.heights[k]);
         const auto contour = compensation.contour(rows.heights[k]);
         EXPECT_TRUE(contour) << blade.name() << ": " << contour.error().message;
@@ -85,8 +86,7 @@ Tally3 judge(const families::TwistedBlade& blade, const families::ScanOptions& s
     return tally;
 }
 
-/// Wanted are 0.25 and 0.60 um rms, 1.5 and 3.0 um at most; on the sides of fans a point of a section may stray farther
-/// (docs/theory.md, section 12).
+/// Wanted are 0.25 and 0.60 um rms, 1.5 and 3.0 um at most.
 TEST(Compensation, ContoursOfTwistedBlades) {
     for (const auto family : families::all_families)
         for (const std::uint64_t seed : {1, 3}) {
@@ -97,10 +97,24 @@ TEST(Compensation, ContoursOfTwistedBlades) {
             tally.print(blade.name());
             EXPECT_LT(tally.side.rms_um(), 0.25) << blade.name();
             EXPECT_LT(tally.edge.rms_um(), 0.40) << blade.name();
-            EXPECT_LT(tally.side.largest_um(), family == families::Family::fan ? 3.0 : 1.8) << blade.name();
+            EXPECT_LT(tally.side.largest_um(), 1.5) << blade.name();
             EXPECT_LT(tally.edge.largest_um(), 3.0) << blade.name();
             EXPECT_GT(tally.flat_offset.largest_um(), 5.0) << "a plain 2-D offset is far worse";
         }
+}
+
+/// At 5 um a run of bad points at a thin TE may pass for the part. Rows that follow it fold what is offset from them:
+/// loops of a tenth to half a millimetre.
+TEST(Compensation, BadPointsInMuchNoiseMakeNoLoops) {
+    const families::TwistedBlade blade(families::Family::turbine, 4);
+    families::ScanOptions scanning;
+    scanning.sigma_mm = 5e-3;
+    scanning.seed = 1;
+    const Tally3 tally = judge(blade, scanning, 1);
+    tally.print(blade.name() + " at 5 um");
+    EXPECT_LT(tally.side.rms_um(), 0.8);
+    EXPECT_LT(tally.side.largest_um(), 7.5);
+    EXPECT_LT(tally.edge.largest_um(), 10.0);
 }
 
 TEST(Compensation, ContoursWithoutNoise) {

@@ -25,6 +25,26 @@ core::Result<SmoothCurve> with_known_joints(const SmoothCurve& smooth, std::span
     return std::move(fit).finish();
 }
 
+/// What is known may change: a joint more, one less.
+TEST(KnownFit, AnotherNumberOfJointsBeginsAnew) {
+    const auto points = Airfoil(1.0).scan(600, Spacing::even, 1e-3, 3);
+    const auto smooth = smooth_closed(points);
+    ASSERT_TRUE(smooth);
+    const double begin_t = smooth->curve.breaks().front(), period = smooth->curve.period();
+    const KnownJoint first{0.3 * period, 0.1, 0.02}, second{0.6 * period, 0.1, 0.02};
+    const KnownShape two{own_breaks(*smooth, begin_t), {first, second}, {}};
+    const KnownShape one{two.breaks, {first}, {}};
+    KnownFit changed(*smooth, begin_t), fresh(*smooth, begin_t);
+    ASSERT_TRUE(changed.fit(two));
+    ASSERT_EQ(changed.joints().size(), 2U);
+    ASSERT_TRUE(changed.fit(one));
+    ASSERT_TRUE(fresh.fit(one));
+    ASSERT_EQ(changed.joints().size(), 1U);
+    EXPECT_NEAR(changed.joints()[0].t, fresh.joints()[0].t, 0.02);
+    EXPECT_TRUE(changed.fit(two));
+    EXPECT_EQ(changed.joints().size(), 2U);
+}
+
 TEST(KnownFit, JointsNeedRoom) {
     const auto points = Airfoil(1.0).scan(600, Spacing::even, 1e-3, 3);
     const auto smooth = smooth_closed(points);

@@ -117,6 +117,23 @@ TEST(SettledRows, AFewBadPointsDoNotBendTheirRow) {
     EXPECT_EQ(settled[row].smooth().parameter.size(), data.rows[row].smooth().parameter.size()) << "no point is lost";
 }
 
+/// A single point far off is there because somebody wants it: its row follows it as it did.
+TEST(SettledRows, APointThatSomebodyKeptIsFollowed) {
+    const families::TwistedBlade blade(families::Family::compressor, 3);
+    constexpr std::size_t row = 9, kept = 250;
+    Vec2 place;
+    const MeasuredRows data = measured_rows(blade, 24, [&](std::size_t k, std::vector<Vec2>& points) {
+        if (k != row) return;
+        place = points[kept];
+        const Vec2 along = (points[kept + 1] - points[kept - 1]).normalized();
+        points[kept] += 60e-3 * Vec2(along.y(), -along.x());
+    });
+    const double alone = errors_of(data.rows[row], blade, place).at_place;
+    const double together = errors_of(settle_rows(data.rows, rounds)[row], blade, place).at_place;
+    EXPECT_GT(alone, 10e-3) << "not followed before";
+    EXPECT_GT(together, 0.8 * alone);
+}
+
 /// A dent of 20 um and 30 points that only one row has is the part's.
 TEST(SettledRows, ADentOfOneRowStays) {
     const families::TwistedBlade blade(families::Family::turbine, 5);

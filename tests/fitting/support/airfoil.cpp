@@ -84,16 +84,9 @@ void Airfoil::add_side(bool upper) {
 /// Counter-clockwise from a normal to its mirror image about the camber line.
 void Airfoil::add_edge(double s, double radius, const Vec2& from) {
     const Camber c = camber(s);
-    const double begin = std::atan2(from.y(), from.x());
     const Vec2 to = 2.0 * from.dot(c.along) * c.along - from;
-    double end = std::atan2(to.y(), to.x());
-    while (end < begin)
-        end += 2.0 * std::numbers::pi;
-    for (int i = 1; i + 1 < edge_points; ++i) {
-        const double angle = begin + (end - begin) * i / (edge_points - 1);
-        const Vec2 normal(std::cos(angle), std::sin(angle));
+    for (const Vec2& normal : naca65::normals_between(from, to, edge_points))
         add(c.position + radius * normal, normal, s > 0.0 ? 1 : 3);
-    }
 }
 
 std::vector<Vec2> Airfoil::scan(std::size_t count, Spacing spacing, double sigma_mm, std::uint64_t seed) const {

@@ -142,15 +142,8 @@ class Outline {
 
     /// Counter-clockwise from one normal to the other.
     void add_arc(const Edge& edge, const Vec2& from, const Vec2& to, int part) {
-        const double begin = std::atan2(from.y(), from.x());
-        double end = std::atan2(to.y(), to.x());
-        while (end < begin)
-            end += 2.0 * std::numbers::pi;
-        for (int i = 1; i + 1 < edge_points; ++i) {
-            const double angle = begin + (end - begin) * i / (edge_points - 1);
-            const Vec2 normal(std::cos(angle), std::sin(angle));
+        for (const Vec2& normal : normals_between(from, to, edge_points))
             add({edge.centre + edge.radius * normal, normal, part}, part);
-        }
     }
 
     Thickness thickness_;
@@ -159,6 +152,19 @@ class Outline {
 };
 
 }  // namespace
+
+std::vector<Vec2> normals_between(const Vec2& from, const Vec2& to, int count) {
+    const double begin = std::atan2(from.y(), from.x());
+    double end = std::atan2(to.y(), to.x());
+    while (end < begin)
+        end += 2.0 * std::numbers::pi;
+    std::vector<Vec2> normals;
+    for (int i = 1; i + 1 < count; ++i) {
+        const double angle = begin + (end - begin) * i / (count - 1);
+        normals.emplace_back(std::cos(angle), std::sin(angle));
+    }
+    return normals;
+}
 
 std::vector<OutlinePoint> outline(double offset_mm) {
     return Outline(offset_mm).take();

@@ -17,4 +17,7 @@ struct OutlinePoint {
 /// counter-clockwise, in steps below 3 um. Points and normals are exact. Nothing of cmm::fitting.
 std::vector<OutlinePoint> outline(double offset_mm);
 
+/// Counter-clockwise from one normal to the other, at `count` equal steps of angle but for both ends.
+std::vector<Eigen::Vector2d> normals_between(const Eigen::Vector2d& from, const Eigen::Vector2d& to, int count);
+
 }  // namespace cmm::fitting::naca65
