@@ -58,8 +58,7 @@ constexpr std::string_view edge_arc =
     "here is of all zones but those of EXCLUDE1";
 constexpr std::string_view across_camber =
     "it is the zone of the methods SQUARE and OFFSETFLAT, which a flavor file chooses; thicknesses are measured by "
-    "their "
-    "defaults, TIPARC and NORMAL, across the camber line";
+    "their defaults, TIPARC and NORMAL, across the camber line";
 constexpr std::string_view first_fit = "it is of a second best fit, which a flavor file says; EXCLUDE1 is evaluated";
 constexpr std::string_view from_x = "angles are from +x of the part frame; write the nominal that follows from it";
 constexpr std::array other_words{

@@ -186,7 +186,7 @@ core::Status require_hold(const SixPoints& points, double largest_condition) {
         if (angle >= smallest_opposition_rad) continue;
         return core::fail(core::ErrorCode::config_invalid,
                           "datum point " + std::to_string(i + 1) +
-                              " has no middle: its two touches face away from each " + "other by " +
+                              " has no middle: its two touches face away from each other by " +
                               core::fixed(core::deg_from_rad(angle), 0) + " degrees (" +
                               core::fixed(core::deg_from_rad(smallest_opposition_rad), 0) + " at least)");
     }
