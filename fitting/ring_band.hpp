@@ -192,7 +192,7 @@ class RingBand {
     std::size_t size_ = 0, spare_ = 0;
     Chain chain_;
     Group group_ = Group::Zero();
-    Eigen::LLT<Group> group_factor_;
+    Eigen::LLT<Group> group_factor_{group_};  // one without a matrix has a state that a copy may not read
 };
 
 }  // namespace cmm::fitting
