@@ -70,11 +70,11 @@ Characteristic AskedCharacteristics::radius_in_window(const CharacteristicSpec& 
     c.method = found->radius.method;
     const auto u = uncertainty(found->radius);
     c.value = found->radius.value;
-    take_uncertainty(u, section_.fit().contour_noise, c);
     c.note = "arc of " + core::fixed(core::deg_from_rad(found->arc_rad), 0) + " deg" +
              (spec.radius.reach_mm ? " within " + core::fixed(*spec.radius.reach_mm, 3) + " mm of the nose" : "") +
              ", rms " + core::length_text(found->rms_mm);
     if (const auto offset = offset_error_note(u.offset_error, Unit::mm); !offset.empty()) c.note += "; " + offset;
+    take_uncertainty(u, section_.fit().contour_noise, c);
     return c;
 }
 
@@ -120,9 +120,9 @@ Characteristic AskedCharacteristics::by_best_fit(const CharacteristicSpec& spec)
                              : spec.kind == Kind::displacement_x ? fit->dx
                                                                  : fit->dy;
     c.value = measure.value;
-    take_uncertainty(uncertainty(measure), section_.fit().contour_noise, c);
     c.note = "of the section against its nominal, about x " + core::fixed(fit->motion.about_mm.x(), 3) + " mm, y " +
              core::fixed(fit->motion.about_mm.y(), 3) + " mm; " + core::length_text(fit->rms_mm) + " rms are left";
+    take_uncertainty(uncertainty(measure), section_.fit().contour_noise, c);
     return c;
 }
 
@@ -174,8 +174,8 @@ Characteristic AskedCharacteristics::make(const CharacteristicSpec& spec, const 
             c.method = measured->method;
             const auto u = uncertainty(*measured);
             c.value = measured->value;
-            take_uncertainty(u, section_.fit().contour_noise, c);
             c.note = offset_error_note(u.offset_error, unit_of(spec.kind));
+            take_uncertainty(u, section_.fit().contour_noise, c);
         } else {
             c.method = to_string(spec.kind);
             c.decision = Decision::not_evaluable;

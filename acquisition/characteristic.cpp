@@ -8,6 +8,11 @@
 #include "core/text.hpp"
 
 namespace cmm::acquisition {
+namespace {
+
+constexpr double most_in_gaps = 0.001;  // of what a number rests on
+
+}  // namespace
 
 Characteristic not_evaluable(const std::string& name, const std::string& method, std::optional<double> limit,
                              std::string why) {
@@ -25,8 +30,23 @@ std::string offset_error_note(double error, Unit unit) {
     return "U95 includes " + size + " of 2-D offset error";
 }
 
+void refuse_in_gap(double share, Characteristic& c) {
+    c.value.reset();
+    c.u95.reset();
+    c.budget.reset();
+    c.decision = Decision::not_evaluable;
+    c.note = core::fixed(100.0 * share, 1) + " % of what it rests on was not measured: a gap of the points";
+}
+
+void know_gap(double share, Characteristic& c) {
+    if (!(share > 0.0)) return;
+    c.partly = true;
+    c.note += (c.note.empty() ? "" : "; ") + core::fixed(100.0 * share, 1) + " % of it was not measured";
+}
+
 void take_uncertainty(const fitting::NumberUncertainty& uncertainty, const fitting::ContourNoise& noise,
                       Characteristic& c) {
+    if (uncertainty.in_gaps > most_in_gaps) return refuse_in_gap(uncertainty.in_gaps, c);
     c.u95 = uncertainty.u95;
     if (noise.has_fields()) c.budget = uncertainty.budget;
 }
@@ -45,6 +65,7 @@ void decide(Characteristic& c, const DecisionRule& rule) {
         c.guard_reject = reject;
     }
     c.decision = rule.decide(*c.value, {*c.guard_accept, *c.guard_reject}, c.lower, c.upper);
+    if (c.partly && c.decision == Decision::accept) c.decision = Decision::undecided;
 }
 
 }  // namespace cmm::acquisition

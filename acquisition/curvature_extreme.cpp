@@ -126,12 +126,13 @@ core::Result<std::vector<WindowMiddle>> middles_of(const CharacteristicSpec& spe
     return out;
 }
 
-/// Where the contour shows the ball instead of the part, no curvature of the part is known.
-class Unreached {
+/// Where the contour shows the ball instead of the part, or bridges a gap, no curvature of the part is known.
+class LeftOut {
   public:
-    explicit Unreached(const ContourGeometry& contour) : perimeter_(contour.perimeter()) {
+    LeftOut(const ContourGeometry& contour, bool (*is_out)(const fitting::ContourPoint&))
+        : perimeter_(contour.perimeter()) {
         for (const auto& point : contour.points())
-            if (!point.reached) at_mm_.push_back(point.arc_length_mm);
+            if (is_out(point)) at_mm_.push_back(point.arc_length_mm);
     }
     bool touches(double s_mm, double half_mm) const {
         return std::any_of(at_mm_.begin(), at_mm_.end(),
@@ -230,12 +231,18 @@ Characteristic curvature_extreme(const CharacteristicSpec& spec, const fitting::
     const MeanCurvature mean(contour, spec.window_mm);
     std::optional<MeanCurvature> nominal_mean;
     if (spec.kind == Kind::curvature_deviation) nominal_mean.emplace(nominal->contour, spec.window_mm);
-    const Unreached unreached(contour);
+    const LeftOut unreached(contour, [](const fitting::ContourPoint& p) { return p.measured && !p.reached; });
+    const LeftOut unmeasured(contour, [](const fitting::ContourPoint& p) { return !p.measured; });
+    std::size_t in_gaps = 0;
     std::vector<PlaceValue> places;
     for (const auto& middle : *middles) {
         if (mean.stretches(middle.s_mm) < least_stretches) {
             c.note = "the window holds fewer than " + std::to_string(least_stretches) + " of the contour's points";
             return c;
+        }
+        if (unmeasured.touches(middle.s_mm, 0.5 * spec.window_mm)) {
+            ++in_gaps;
+            continue;
         }
         if (unreached.touches(middle.s_mm, 0.5 * spec.window_mm)) continue;
         PlaceValue place;
@@ -245,7 +252,7 @@ Characteristic curvature_extreme(const CharacteristicSpec& spec, const fitting::
         places.push_back(place);
     }
     if (places.empty()) {
-        c.note = "the ball does not reach it";
+        c.note = in_gaps > 0 ? "it was not measured: a gap of the points" : "the ball does not reach it";
         return c;
     }
     add_noise(section, mean, places);
@@ -264,11 +271,12 @@ Characteristic curvature_extreme(const CharacteristicSpec& spec, const fitting::
         [&](const auto& a, const auto& b) { return std::abs(a.arc_length_mm - s) < std::abs(b.arc_length_mm - s); });
     c.note = place_note(spec, worst->number, nearest->position_mm);
     if (const auto note = offset_error_note(worst->bound, c.unit); !note.empty()) c.note += "; " + note;
-    if (places.size() < middles->size())
-        c.note +=
-            "; " +
-            core::fixed(100.0 * (1.0 - static_cast<double>(places.size()) / static_cast<double>(middles->size())), 1) +
-            " % of it not evaluable: the ball does not reach there";
+    const auto share_of = [&](std::size_t count) {
+        return static_cast<double>(count) / static_cast<double>(middles->size());
+    };
+    if (const auto share = share_of(middles->size() - places.size() - in_gaps); share > 0.0)
+        c.note += "; " + core::fixed(100.0 * share, 1) + " % of it not evaluable: the ball does not reach there";
+    know_gap(share_of(in_gaps), c);
     set_guards(spec, places, independent, rule, c);
     return c;
 }

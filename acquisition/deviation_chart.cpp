@@ -69,6 +69,7 @@ double largest_um(const SectionResult& section, const Limits& limits) {
     const auto& contour = section.fit->contour;
     double largest = 1.0;
     for (std::size_t i = 0; i < contour.size(); ++i) {
+        if (!contour[i].measured) continue;
         const double limit = limits[i] ? std::max(std::abs(limits[i]->below_mm), std::abs(limits[i]->above_mm)) : 0.0;
         largest = std::max({largest,
                             um_from_mm(std::abs(section.deviation_mm[i].value_or(0.0)) + section.deviation_u95_mm(i)),

@@ -112,6 +112,7 @@ std::string section_csv(const SectionResult& section) {
     const auto& contour = section.fit->contour;
     for (std::size_t i = 0; i < contour.size(); ++i) {
         const auto& point = contour[i];
+        if (!point.measured) continue;  // a gap is a gap
         append(out, {point.position_mm.x(), point.position_mm.y(), section.z_mm});
         const double lean_rad = point.lean_rad.value_or(0.0);  // unknown: the normal lies in the plane
         const Eigen::Vector2d level = std::cos(lean_rad) * point.normal;

@@ -179,6 +179,18 @@ Json uncertainty(const UncertaintySpec& spec) {
             {"known_expansion", number(errors.known_expansion)}};
 }
 
+/// Between the points of the contour beside them.
+Json gaps(const SectionResult& section) {
+    Json out = Json::array();
+    for (const auto& gap : section.gaps()) {
+        const auto& contour = section.fit->contour;
+        out.push_back({{"from_mm", list_of(contour[gap.before].position_mm)},
+                       {"to_mm", list_of(contour[gap.behind].position_mm)},
+                       {"length_mm", number(gap.length_mm)}});
+    }
+    return out;
+}
+
 Json section_of(const SectionResult& section) {
     Json characteristics = Json::array();
     for (const auto& c : section.characteristics)
@@ -196,7 +208,9 @@ Json section_of(const SectionResult& section) {
     if (section.closed()) {
         out["contour_file"] = "section-" + std::to_string(section.index) + ".csv";
         out["noise_sigma_mm"] = number(section.fit->noise_sigma_mm);
-        out["contour_points"] = section.fit->contour.size();
+        out["contour_points"] = std::count_if(section.fit->contour.begin(), section.fit->contour.end(),
+                                              [](const auto& p) { return p.measured; });
+        out["gaps"] = gaps(section);
         if (!section.deviation_mm.empty()) out["not_reached"] = section.not_reached();
     } else {
         out["why"] = section.why;

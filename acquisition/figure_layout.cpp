@@ -50,6 +50,22 @@ std::vector<Vector2d> contour_positions(const SectionResult& section) {
     return out;
 }
 
+std::string contour_path(const SectionResult& section, const std::vector<Vector2d>& pixels) {
+    const auto gaps = section.gaps();
+    if (gaps.empty()) return svg::polyline(pixels, true);
+    std::string path;
+    for (std::size_t k = 0; k < gaps.size(); ++k) {
+        const std::size_t last = gaps[(k + 1) % gaps.size()].before;
+        std::vector<Vector2d> stretch{pixels[gaps[k].behind]};
+        for (std::size_t i = gaps[k].behind; i != last;) {
+            i = (i + 1) % pixels.size();
+            stretch.push_back(pixels[i]);
+        }
+        path += svg::polyline(stretch, false);
+    }
+    return path;
+}
+
 Box extent_of(const SectionResult& section, const SurfacePoints& points) {
     Box box;
     for (const auto& p : section.nominal_contour)

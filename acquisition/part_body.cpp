@@ -27,7 +27,11 @@ core::Result<fitting::SurfaceRow> surface_row(const SectionResult& section) {
 core::Result<cad::SplineNet> net_of(const PartResult& part) {
     std::vector<const SectionResult*> upwards;
     for (const auto& section : part.sections)
-        if (section.closed()) upwards.push_back(&section);
+        if (section.closed() && section.gaps().empty()) upwards.push_back(&section);
+    if (upwards.size() < 2)
+        return core::fail(core::ErrorCode::fit_not_evaluable,
+                          "a body needs two sections that were measured all round; there " +
+                              std::string(upwards.empty() ? "is none" : "is one"));
     std::stable_sort(upwards.begin(), upwards.end(), [](auto* a, auto* b) { return a->z_mm < b->z_mm; });
     std::vector<fitting::SurfaceRow> rows;
     for (const auto* section : upwards) {

@@ -6,8 +6,8 @@
 #include "acquisition/section_result.hpp"
 #include "core/error.hpp"
 
-/// The measured part as one body: the surface through the contours of all closed sections, from the lowest to the
-/// highest of them. Millimetres, part frame.
+/// The measured part as one body: the surface through the contours of all sections that were measured all round, from
+/// the lowest to the highest of them. Millimetres, part frame.
 namespace cmm::acquisition {
 
 enum class PartBody {
@@ -15,7 +15,7 @@ enum class PartBody {
     solid,    ///< capped flat in the planes of the lowest and the highest section
 };
 
-/// A STEP file (AP242) with the B-spline surface itself. Errors: fit_not_evaluable (fewer than 2 closed sections, some
+/// A STEP file (AP242) with the B-spline surface itself. Errors: fit_not_evaluable (fewer than 2 such sections, some
 /// that do not continue each other, a body that Open CASCADE's checker does not call valid), journal_io, config_invalid
 /// (built without Open CASCADE).
 core::Status export_step(const PartResult& part, PartBody body, const std::string& file);

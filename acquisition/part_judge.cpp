@@ -16,6 +16,7 @@ using fitting::ContourPoint;
 
 /// Sections that a growing surface is made of: what lies below them says nothing of the lean at its top.
 constexpr std::size_t most_growing = 32;
+constexpr double most_bridged_share = 0.05;  // of a section that the surface is made of
 
 std::vector<Eigen::Vector2d> positions(const std::vector<ContourPoint>& contour) {
     std::vector<Eigen::Vector2d> points;
@@ -67,6 +68,19 @@ bool PartJudge::has_ball_to_take_off(const Judged& judged) {
            judged.setup->fitting.compensation != CompensationMethod::flat;
 }
 
+/// What a gap bridges tells nothing of the lean: the surface is made of sections that miss little, and none of an edge.
+bool PartJudge::tells_lean(const Judged& judged) {
+    const auto& contour = judged.in_plane().contour;
+    double bridged_mm = 0.0;
+    for (std::size_t i = 1; i < contour.size(); ++i) {
+        const ContourPoint &from = contour[i - 1], &to = contour[i];
+        if (from.measured && to.measured) continue;
+        if (to.zone == fitting::Zone::le || to.zone == fitting::Zone::te) return false;
+        bridged_mm += to.arc_length_mm - from.arc_length_mm;
+    }
+    return bridged_mm <= most_bridged_share * contour.back().arc_length_mm;
+}
+
 fitting::CentreRow PartJudge::centre_row(const Judged& judged) {
     return {judged.result.z_mm, judged.in_plane().centres.points, judged.in_plane().noise_sigma_mm};
 }
@@ -80,15 +94,19 @@ core::Status PartJudge::Stack::add(const Judged& judged) {
 }
 
 core::Status PartJudge::Stack::fit() {
+    if (members.size() < 2) return {};  // then each says itself why it stays flat
     const bool by_surface = members.back()->setup->fitting.compensation == CompensationMethod::surface;
     return by_surface ? surface.fit() : core::Status();
 }
 
-/// One that was judged a second time may have no centres any more.
-std::vector<fitting::CentreRow> PartJudge::Stack::rows() const {
+/// One that was judged a second time may have no centres any more; one with gaps is none of the members.
+std::vector<fitting::CentreRow> PartJudge::Stack::rows_with(const Judged& judged) const {
     std::vector<fitting::CentreRow> rows;
     for (const Judged* const member : members)
-        if (member->has_ball) rows.push_back(centre_row(*member));
+        if (member->has_ball && member != &judged) rows.push_back(centre_row(*member));
+    const auto above =
+        std::find_if(rows.begin(), rows.end(), [&](const auto& row) { return row.z_mm > judged.result.z_mm; });
+    rows.insert(above, centre_row(judged));
     return rows;
 }
 
@@ -124,7 +142,7 @@ void PartJudge::compensate_by_points(Judged& judged, const std::vector<fitting::
 
 void PartJudge::compensate(Judged& judged, const Stack& stack) {
     if (judged.setup->fitting.compensation != CompensationMethod::surface)
-        return compensate_by_points(judged, stack.rows());
+        return compensate_by_points(judged, stack.rows_with(judged));
     auto section = fitting::compensate_section(stack.surface, judged.result.z_mm, judged.in_plane(),
                                                section_options(*judged.setup));
     if (!section) return stay_flat(judged, section.error());
@@ -138,7 +156,7 @@ void PartJudge::compensate(Judged& judged, const Stack& stack) {
 std::vector<const SectionResult*> PartJudge::grow() {
     if (sections_.empty()) return {};
     Judged& newest = *sections_.back();
-    if (newest.result.compensation.state != Compensation::State::provisional) return {};
+    if (newest.result.compensation.state != Compensation::State::provisional || !tells_lean(newest)) return {};
     if (!growing_) growing_.emplace(Stack{fitting::SurfaceCompensation(newest.setup->ball_radius_mm, most_growing)});
     if (auto status = growing_->add(newest); !status) {
         stay_flat(newest, status.error());
@@ -243,14 +261,15 @@ std::vector<const SectionResult*> PartJudge::begin_completion(bool whole) {
     };
     std::vector<Judged*>& joined = completion_->left;
     for (Judged* const section : upwards) {
-        if (auto status = completion_->stack.add(*section); !status) {
+        if (!tells_lean(*section)) {
+            joined.push_back(section);
+        } else if (auto status = completion_->stack.add(*section); !status) {
             leave_flat(*section, status.error());
         } else {
             joined.push_back(section);
         }
     }
     std::reverse(joined.begin(), joined.end());
-    if (joined.size() < 2) return revised;  // says itself why it stays flat
     if (auto status = completion_->stack.fit(); !status) {
         for (Judged* const section : std::exchange(joined, {}))
             leave_flat(*section, status.error());

@@ -78,7 +78,7 @@ class PartJudge {
         core::Status add(const Judged& judged);
         /// What their method needs of them all. Errors: those of SurfaceCompensation::fit.
         core::Status fit();
-        std::vector<fitting::CentreRow> rows() const;
+        std::vector<fitting::CentreRow> rows_with(const Judged& judged) const;
     };
     /// All sections are here; those of `left` are not yet compensated by what all of them know.
     struct Completion {
@@ -87,6 +87,7 @@ class PartJudge {
     };
     static fitting::CentreRow centre_row(const Judged& judged);
     static bool has_ball_to_take_off(const Judged& judged);
+    static bool tells_lean(const Judged& judged);
     void align();
     const SectionResult* align_next();
     void stay_flat(Judged& judged, const core::Error& why);

@@ -48,7 +48,9 @@ Characteristic point_tolerance(const SectionResult& section, const Compared& com
     std::optional<std::size_t> worst;
     double largest = 0.0;
     PointTolerance limits_there;
+    std::size_t unmeasured = 0;
     for (std::size_t i = 0; i < contour.size(); ++i) {
+        unmeasured += contour[i].measured ? 0 : 1;
         if (!deviation.values[i]) continue;
         const PointTolerance& limits = section.tolerances[i];
         const double excess = excess_of(*deviation.values[i], limits);
@@ -74,6 +76,7 @@ Characteristic point_tolerance(const SectionResult& section, const Compared& com
     const auto [accept, reject] = places.guards();
     c.guard_accept = accept;
     c.guard_reject = reject;
+    know_gap(static_cast<double>(unmeasured) / static_cast<double>(contour.size()), c);
     decide(c, options.rule);
     return c;
 }

@@ -59,9 +59,11 @@ class PointCount {
   private:
     std::size_t foot_of(const Eigen::Vector2d& centre_mm) const {
         const auto& contour = section_.fit->contour;
-        const auto nearest = std::min_element(contour.begin(), contour.end(), [&](const auto& a, const auto& b) {
-            return (a.position_mm - centre_mm).squaredNorm() < (b.position_mm - centre_mm).squaredNorm();
-        });
+        const auto squared = [&](const fitting::ContourPoint& p) {
+            return p.measured ? (p.position_mm - centre_mm).squaredNorm() : std::numeric_limits<double>::infinity();
+        };
+        const auto nearest = std::min_element(contour.begin(), contour.end(),
+                                              [&](const auto& a, const auto& b) { return squared(a) < squared(b); });
         return static_cast<std::size_t>(nearest - contour.begin());
     }
 

@@ -197,7 +197,7 @@ std::vector<std::optional<double>> ReferenceContour::compare(std::span<ContourPo
             point.offset_error_mm = error_mm;
             point.rise = matched.rise();
         }
-        if (point.reached) deviations[i] = deviation(point, matched);
+        if (point.reached && point.measured) deviations[i] = deviation(point, matched);
     }
     return deviations;
 }

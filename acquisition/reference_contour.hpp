@@ -32,9 +32,9 @@ class ReferenceContour {
 
     /// Signed distance of each contour point along the normal of the nominal (positive: too much material), foot on the
     /// side whose outward normal agrees with the point's, so that a thin edge is never compared with its other side.
-    /// Empty where the ball does not reach the nominal, or rests in a hollow of the part. Writes into each point
-    /// that was compensated in two dimensions what that makes too thick there (A22, by the nominal's lean) and adds it
-    /// to the point's uncertainty: its sign is known, but it is not corrected; and how the nominal rises there.
+    /// Empty where the ball does not reach the nominal, or rests in a hollow of the part, and in gaps. Writes into each
+    /// point that was compensated in two dimensions what that makes too thick there (A22, by the nominal's lean) and
+    /// adds it to the point's uncertainty: its sign is known, but it is not corrected; and how the nominal rises there.
     std::vector<std::optional<double>> compare(std::span<fitting::ContourPoint> contour,
                                                Lean lean = Lean::nominal) const;
 

@@ -19,7 +19,7 @@ void draw_overlay(Picture& picture, const PlotFrame& frame, const SectionResult&
     frame.draw_axes(picture, "x in mm", "y in mm", 8, 5);
     picture.clip(frame.corner(), frame.size());
     picture.path("nominal", svg::polyline(frame.px(section.nominal_contour), true));
-    picture.path("measured", svg::polyline(frame.px(contour_positions(section)), true));
+    picture.path("measured", contour_path(section, frame.px(contour_positions(section))));
     if (!section.closed()) picture.path("dot", svg::dots(frame.px(points.used)));
     picture.path("reject", svg::crosses(frame.px(points.rejected), 3.0));
     picture.unclip();
@@ -62,7 +62,7 @@ void draw_edge(Picture& picture, const PlotFrame& frame, const SectionResult& se
         picture.circle("arc", centre, arc.radius_mm * frame.scale_x());
         picture.path("centre", "M" + svg::number(centre.x() - 4) + " " + svg::number(centre.y()) + "h8m-4 -4v8");
     }
-    picture.path("measured", svg::polyline(frame.px(contour_positions(section)), true));
+    picture.path("measured", contour_path(section, frame.px(contour_positions(section))));
     picture.path("dot", svg::dots(frame.px(points.used)));
     picture.path("reject", svg::crosses(frame.px(points.rejected), 4.0));
     picture.unclip();

@@ -35,6 +35,8 @@ double nearer_limit(const Characteristic& c) {
 
 std::string cause(const Characteristic& c) {
     if (needs_a_number(c)) return " not evaluable: " + c.note;
+    if (c.partly && c.decision != Decision::reject)
+        return " " + worded(*c.value, c.unit) + " where it was measured, but part of it was not";
     const double limit = nearer_limit(c);
     const std::string relation = c.decision == Decision::reject
                                      ? (c.lower && limit == *c.lower ? " < " : " > ") + worded(limit, c.unit)
@@ -85,11 +87,20 @@ NotAccepted not_accepted(std::span<const Characteristic> all) {
     return out;
 }
 
+std::string gaps_text(const SectionResult& section) {
+    double length_mm = 0.0;
+    for (const auto& gap : section.gaps())
+        length_mm += gap.length_mm;
+    return core::length_text(length_mm) + " of it were not measured";
+}
+
 /// Why a section is rejected, or else why it is open; empty when it is neither.
 std::string reason(const SectionResult& section) {
     const auto [rejected, open] = not_accepted(section.characteristics);
     const std::string out = rejected.empty() ? "" : causes(rejected);
-    if (section.closed()) return rejected.empty() && !open.empty() ? causes(open) : out;
+    if (section.closed() && rejected.empty())
+        return !open.empty() ? causes(open) : section.decision() == Decision::undecided ? gaps_text(section) : out;
+    if (section.closed()) return out;
     return out + (out.empty() ? "" : "; ") + (section.why.empty() ? "not closed" : section.why);
 }
 
@@ -130,7 +141,28 @@ std::size_t SectionResult::rejected() const {
 }
 
 std::size_t SectionResult::not_reached() const {
-    return static_cast<std::size_t>(std::count(deviation_mm.begin(), deviation_mm.end(), std::nullopt));
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < deviation_mm.size(); ++i)
+        count += !deviation_mm[i] && fit->contour[i].measured ? 1 : 0;
+    return count;
+}
+
+std::vector<ContourGap> SectionResult::gaps() const {
+    std::vector<ContourGap> out;
+    if (!fit) return out;
+    const auto& contour = fit->contour;
+    const std::size_t n = contour.size();
+    for (std::size_t i = 0; i < n; ++i) {
+        if (!contour[i].measured || contour[(i + 1) % n].measured) continue;
+        ContourGap gap{i, i, 0.0};
+        do {
+            const std::size_t next = (gap.behind + 1) % n;
+            gap.length_mm += (contour[next].position_mm - contour[gap.behind].position_mm).norm();
+            gap.behind = next;
+        } while (!contour[gap.behind].measured);
+        out.push_back(gap);
+    }
+    return out;
 }
 
 double SectionResult::deviation_u95_mm(std::size_t point) const {
@@ -173,7 +205,8 @@ Decision SectionResult::decision() const {
     if (!open.empty() || !closed()) return Decision::undecided;
     const bool accepted = std::any_of(characteristics.begin(), characteristics.end(),
                                       [](const Characteristic& c) { return c.decision == Decision::accept; });
-    return accepted ? Decision::accept : Decision::reported;
+    if (accepted) return Decision::accept;
+    return gaps().empty() ? Decision::reported : Decision::undecided;
 }
 
 std::string name_of(const PartCharacteristic& c) {

@@ -41,6 +41,7 @@ struct Characteristic {
     Unit unit = Unit::mm;
     std::optional<double> nominal = {};  ///< none: not said, or there is none (profiles)
     std::optional<double> lower = {};    ///< smallest value that conforms
+    bool partly = false;                 ///< of a part of its zone: the rest was not measured
     bool required = false;  ///< a tolerance was asked for, also where its limits are not known for want of a nominal
     /// What the decision rule keeps between value and limit to accept, and to reject (decision_rule.hpp).
     std::optional<double> guard_accept = {}, guard_reject = {};
@@ -104,6 +105,12 @@ struct SpanPoint {
     fitting::FieldLoads loads = fitting::FieldLoads::Zero();  ///< by what all sections have in common
 };
 
+/// A stretch of a contour that was not measured: the contour's points before and behind it, and how long it is.
+struct ContourGap {
+    std::size_t before = 0, behind = 0;
+    double length_mm = 0.0;
+};
+
 /// A finished section. `fit` is absent where the points do not determine a section; `why` says it.
 struct SectionResult {
     std::size_t index = 0;  ///< 0-based, order of measurement
@@ -113,7 +120,8 @@ struct SectionResult {
     std::optional<fitting::SectionFit> fit;
     std::string why;  ///< not evaluable because ...
     /// Signed distance along the normal of the nominal, after the alignment, one per fit->contour point, none where the
-    /// ball does not reach the nominal; empty without a nominal, and where the alignment was refused.
+    /// ball does not reach the nominal, and in gaps of the points; empty without a nominal, and where the alignment was
+    /// refused.
     std::vector<std::optional<double>> deviation_mm;
     /// That the nominal has at its points, one per fit->contour point; empty where it has none.
     std::vector<PointTolerance> tolerances;
@@ -130,12 +138,15 @@ struct SectionResult {
     std::size_t rejected() const;
     /// Contour points without a deviation because the ball does not reach there.
     std::size_t not_reached() const;
+    /// Stretches of the contour that were not measured, in its order; one may run over its first point.
+    std::vector<ContourGap> gaps() const;
     /// U95 of the deviation at a contour point, with that of the alignment.
     double deviation_u95_mm(std::size_t point) const;
     const Characteristic* find(std::string_view characteristic_name) const;
     /// By the best fit of these zones; nullptr: there is none.
     const SectionPlacement* placement(const ZoneSet& zones) const;
-    /// Worst decision of its requirements: reject, undecided, accept; `reported` when it has none and is closed.
+    /// Worst decision of its requirements: reject, undecided, accept; `reported` when it has none and was measured all
+    /// round.
     Decision decision() const;
 };
 

@@ -100,6 +100,7 @@ Characteristic plain_chord(const fitting::SectionFit& fit, const std::string& wh
                       size_u95(le, te), offset_error_note(le.offset_error_mm + te.offset_error_mm, Unit::mm));
     c.note += (c.note.empty() ? "" : "; ") + why;
     add_machine(fit, le, te, c);
+    if (!le.measured || !te.measured) refuse_in_gap(le.measured || te.measured ? 0.5 : 1.0, c);
     return c;
 }
 
@@ -114,6 +115,9 @@ Characteristic plain_thickness(const fitting::SectionFit& fit, const std::string
                       offset_error_note(2.0 * worst.offset_error_mm, Unit::mm));
     c.note += (c.note.empty() ? "" : "; ") + why;
     add_machine(fit, worst, worst, c);
+    const auto unmeasured =
+        std::count_if(fit.contour.begin(), fit.contour.end(), [](const auto& p) { return !p.measured; });
+    if (unmeasured > 0) refuse_in_gap(static_cast<double>(unmeasured) / static_cast<double>(fit.contour.size()), c);
     return c;
 }
 

@@ -40,6 +40,7 @@ std::optional<SpanPoint> span_point(const fitting::SectionFit& fit, const fittin
     fitting::Measure measure{"", out.deviation_mm, {}, {}};
     measured.contour().add(place, 1.0 / cosine, measure.slopes);
     const auto uncertainty = measured.uncertainty(measure);
+    if (uncertainty.in_gaps > 0.0) return std::nullopt;
     out.scatter_mm = uncertainty.scatter;
     out.place_mm = uncertainty.place;
     out.loads = uncertainty.loads - alignment.loads.transpose() * fitting::answer_to_motion(motion, foot, normal);

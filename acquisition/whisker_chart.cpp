@@ -41,7 +41,7 @@ std::vector<Whisker> whiskers(const SectionResult& section, const PlotFrame& fra
         out.push_back({frame.px(point.position_mm - d.value_or(0.0) * point.normal),
                        {point.normal.x(), -point.normal.y()},
                        d,
-                       limits[i],
+                       point.measured ? limits[i] : std::nullopt,
                        is_edge(point.zone)});
     }
     return out;
@@ -94,7 +94,7 @@ void draw_tolerance(Picture& picture, const PlotFrame& frame, const std::vector<
     picture.unclip();
 }
 
-void draw_whiskers(Picture& picture, const std::vector<Whisker>& all, double px_per_mm) {
+void draw_whiskers(Picture& picture, const SectionResult& section, const std::vector<Whisker>& all, double px_per_mm) {
     // Equal steps in the picture: where the contour points lie close (at the edges) most are left out.
     constexpr double spacing_px = 3.0;
     std::string side;
@@ -115,10 +115,9 @@ void draw_whiskers(Picture& picture, const std::vector<Whisker>& all, double px_
     picture.path("whisker-side", side);
     picture.path("whisker-edge", edge);
     picture.path("whisker-out", outside);
-    picture.path(
-        "envelope",
-        svg::polyline(along_normals(all, [&](const Whisker& w) { return w.deviation_mm.value_or(0.0) * px_per_mm; }),
-                      true));
+    picture.path("envelope", contour_path(section, along_normals(all, [&](const Whisker& w) {
+                                              return w.deviation_mm.value_or(0.0) * px_per_mm;
+                                          })));
 }
 
 }  // namespace
@@ -142,8 +141,8 @@ std::string whisker_figure(const SectionResult& section) {
     draw_tolerance(picture, frame, all, px_per_mm, !section.tolerances.empty());
     frame.draw_axes(picture, "x in mm", "y in mm", 8, 5);
     picture.clip(frame.corner(), frame.size());
-    picture.path("nominal", svg::polyline(along_normals(all, [](const Whisker&) { return 0.0; }), true));
-    draw_whiskers(picture, all, px_per_mm);
+    picture.path("nominal", contour_path(section, along_normals(all, [](const Whisker&) { return 0.0; })));
+    draw_whiskers(picture, section, all, px_per_mm);
     picture.unclip();
 
     const double bar_mm = svg::round_down(largest);

@@ -35,6 +35,9 @@ void bench_section_final(const std::string& config_folder);
 /// Microseconds a sample in the live spline: median, 99 % and worst, at the beginning of a long scan and after a
 /// million.
 void bench_live();
+/// Blades of three families of which a stretch was not measured, anywhere and of any width: how far what counts as
+/// measured is from the truth.
+void bench_gaps();
 /// Microseconds an offset contour of 2000 points and the offset as a spline, with its true error.
 void bench_offsets();
 

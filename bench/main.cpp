@@ -59,6 +59,7 @@ int main(int count, char** arguments) {
     std::printf("%-58s %10s  %10s  %10s  %-10s %s\n", "", "min", "median", "max", "unit", "target");
     if (wanted("peers")) cmm::bench::bench_peers();
     if (wanted("offsets")) cmm::bench::bench_offsets();
+    if (wanted("gaps")) cmm::bench::bench_gaps();
     if (wanted("surface")) cmm::bench::bench_surface();
     if (wanted("compensation")) cmm::bench::bench_compensation_methods();
     if (wanted("live")) cmm::bench::bench_live();

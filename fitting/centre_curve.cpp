@@ -9,6 +9,7 @@
 
 #include "core/text.hpp"
 #include "fitting/closest_point.hpp"
+#include "fitting/gaps.hpp"
 #include "fitting/ordering.hpp"
 #include "fitting/outliers.hpp"
 
@@ -77,7 +78,7 @@ class CentreFitter {
                 before = &centres_[i];
             }
         }
-        auto lap = order_lap(centres_, usable, options_.closing_gap_factor, options_.reject_floor_mm);
+        auto lap = order_lap(centres_, usable, options_.reject_floor_mm);
         if (!lap) return tl::unexpected(lap.error());
         join_passes(centres_, later, options_.reject_floor_mm, *lap);
         index_ = std::move(lap->index);
@@ -113,7 +114,9 @@ class CentreFitter {
     core::Status fit_rounds(const BadPoints& found, int cuts) {
         for (int round = 0; round < most_rounds; ++round) {
             collect_good_points();
-            auto smooth = smooth_closed(good_);
+            const auto gaps = find_gaps(good_, options_);
+            if (auto status = check_bridges(good_, gaps); !status) return status;
+            auto smooth = smooth_closed(good_, bridges_over(good_, gaps));
             if (!smooth) return tl::unexpected(smooth.error());
             smooth_ = std::move(*smooth);
             if (cuts > 0) break;

@@ -11,6 +11,7 @@
 #include "fitting/edge_fit.hpp"
 #include "fitting/edges.hpp"
 #include "fitting/fairing.hpp"
+#include "fitting/gaps.hpp"
 #include "fitting/join.hpp"
 #include "fitting/offset.hpp"
 #include "fitting/thickness.hpp"
@@ -118,6 +119,7 @@ class ContourBuilder {
         fit_.contour.resize(count);
         fit_.centre_curve.resize(count);
         const double offset_error = lean_error(options_.ball_radius_mm, options_.lean_rad).in_plane_mm;
+        const auto gaps = find_gaps(good_, options_);
         std::size_t k = 0;
         for (std::size_t i = 0; i < count; ++i) {
             const double wanted = static_cast<double>(i) / static_cast<double>(count);
@@ -134,6 +136,7 @@ class ContourBuilder {
             out.bound_mm = fit_.faired_mm;
             out.t = smooth_.curve.wrap(a.t);
             out.reached = !a.on_arc;
+            out.measured = std::none_of(gaps.begin(), gaps.end(), [&](const Gap& gap) { return lies_in(gap, out.t); });
             fit_.centre_curve[i] = out;
             fit_.centre_curve[i].position_mm += options_.ball_radius_mm * out.normal;
             if (!surface_.empty()) take_surface(smooth_.curve.wrap(a.t), noise_uncertainty(a), out);
@@ -165,6 +168,14 @@ class ContourBuilder {
             out.offset_error_mm = between(&SurfaceStation::offset_error_mm);
             out.u95_mm += out.offset_error_mm;
         }
+    }
+
+    /// Or beside it.
+    bool lies_in(const Gap& gap, double t) const {
+        const std::size_t n = good_.size();
+        const double from = smooth_.parameter[(gap.before + n - beside_gap) % n];
+        const double to = smooth_.parameter[(gap.behind + beside_gap) % n];
+        return from < to ? t > from && t < to : t > from || t < to;
     }
 
     /// Student's factor (95 %) times the noise that the smoothing or an edge's model leaves.

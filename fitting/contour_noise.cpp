@@ -99,13 +99,15 @@ PlaceLoads ContourNoise::place_loads(std::span<const ContourPoint> contour, cons
 
 NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const Sensitivity& number,
                                    const BesideContour& beside) const {
-    double bound = 0.0, offset = 0.0, doubt = 0.0;
+    double bound = 0.0, offset = 0.0, doubt = 0.0, weighed = 0.0, in_gaps = 0.0;
     std::array<double, stretches> taken{};
     const double whole = contour.empty() ? 1.0 : std::max(contour.back().arc_length_mm, 1e-12);
     for (const auto& [point, weight] : merged(number)) {
         const ContourPoint& p = contour[point];
         bound += std::abs(weight) * p.bound_mm;
         offset += weight * p.offset_error_mm;
+        weighed += std::abs(weight);
+        if (!p.measured) in_gaps += std::abs(weight);
         const double place = p.arc_length_mm / whole * static_cast<double>(stretches);
         taken[std::min(stretches - 1, static_cast<std::size_t>(place))] += std::abs(weight) * p.doubt_mm;
     }
@@ -114,6 +116,7 @@ NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const 
     NumberUncertainty out;
     const double noise = coverage_ * std::sqrt(variance(contour, number) + beside.variance + plane_.variance(number));
     const double scattered = std::hypot(noise, std::sqrt(doubt));
+    out.in_gaps = weighed > 0.0 ? in_gaps / weighed : 0.0;
     out.offset_error = std::abs(offset);
     out.u95 = scattered + bound + out.offset_error;
     out.standard = out.scatter = out.u95 / coverage_;

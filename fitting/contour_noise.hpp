@@ -26,6 +26,7 @@ struct NumberUncertainty {
     double u95 = 0.0;           ///< half the 95 % interval, bounds included
     double offset_error = 0.0;  ///< part of u95: what the 2-D offset makes of it (A22), whose sign is known
     double scatter = 0.0;       ///< standard, by the points alone, bounds as if they were standard
+    double in_gaps = 0.0;       ///< share of what the number rests on that was not measured, 0 to 1
     double place = 0.0;  ///< standard, by what the machine does differently from place to place: in no other section
     FieldLoads loads = FieldLoads::Zero();  ///< how it answers to what all sections have in common
     ErrorBudget budget;

@@ -195,7 +195,7 @@ std::vector<std::size_t> usable_points(std::span<const Vec2> points, std::span<c
 }
 
 core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std::size_t>& usable,
-                            double closing_gap_factor, double reject_floor_mm) {
+                            double reject_floor_mm) {
     if (usable.size() < least_lap_points)
         return core::fail(ErrorCode::fit_not_evaluable, "section: needs " + std::to_string(least_lap_points) +
                                                             " different points, got " + std::to_string(usable.size()));
@@ -208,12 +208,6 @@ core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std:
     if (lap_length > 0.0) {
         take_first_lap(points, usable, chain, lap_length, lap);
     } else {
-        const double gap = (chain.good.front() - chain.good.back()).norm();
-        const double step = std::max(chain.step_near(0, 8), chain.step_near(chain.good.size() - 1, 8));
-        if (gap > closing_gap_factor * step)
-            return core::fail(ErrorCode::fit_not_evaluable, "section: open, its ends are " + core::length_text(gap) +
-                                                                " apart where the points are " +
-                                                                core::length_text(step) + " apart");
         for (std::size_t k = 0; k < usable.size(); ++k)
             (chain.repeated[k] ? lap.again : lap.index).push_back(usable[k]);
     }

@@ -30,7 +30,7 @@ struct SectionOptions {
     double ball_radius_mm = 1.0;        ///< 0: the points lie on the part
     std::size_t contour_points = 2400;  ///< at least 2000 in the files of the contract
     double reject_floor_mm = 0.002;     ///< never reject below this residual; the noise asks for more from 0.4 um on
-    double closing_gap_factor = 6.0;    ///< open when the gap exceeds this many local point spacings
+    double gap_factor = 8.0;            ///< a gap when the next point is this many local point spacings away
     std::optional<Eigen::Vector2d>
         le_hint;  ///< a point near the LE (from the nominal); otherwise the larger edge radius is LE
     std::optional<Eigen::Vector2d> te_hint;
@@ -91,6 +91,7 @@ struct ContourPoint {
     /// A22: by how much the 2-D offset makes the part too thick here, as far as the lean of the surface is known.
     double offset_error_mm = 0.0;
     bool reached = true;             ///< false: the ball rests in a hollow here, and the contour shows the ball
+    bool measured = true;            ///< false: in a gap of the points, which the contour only bridges
     std::optional<double> lean_rad;  ///< of the surface, upwards; there where the contour was cut from the surface
     double rise = 0.0;               ///< tangent of the surface's lean, as far as anything tells it
     double arc_length_mm = 0.0;      ///< from the contour's first point
@@ -125,11 +126,11 @@ struct SectionFit {
     SectionCentres centres;             ///< as measured, also where the contour comes from the surface
 };
 
-/// Fits a closed section. `centres` are in measuring order, any start, either direction; `excluded[i]` != none keeps a
-/// point out from the beginning (no contact, operator); `kept[i]` != 0 keeps a point in that the search would reject
-/// (operator); `later[i]` != 0: of a pass after the lap, over stretches of it, its points between those of before. All
-/// three may be shorter than `centres`, or empty. Errors: fit_not_evaluable (too few points, open, self-crossing, no
-/// two edges); never throws.
+/// Fits a section that goes round the blade, its gaps bridged. `centres` are in measuring order, any start, either
+/// direction; `excluded[i]` != none keeps a point out from the beginning (no contact, operator); `kept[i]` != 0 keeps a
+/// point in that the search would reject (operator); `later[i]` != 0: of a pass after the lap, over stretches of it,
+/// its points between those of before. All three may be shorter than `centres`, or empty. Errors: fit_not_evaluable
+/// (too few points, open, self-crossing, no two edges); never throws.
 core::Result<SectionFit> fit_section(std::span<const Eigen::Vector2d> centres, std::span<const RejectReason> excluded,
                                      const SectionOptions& options, std::span<const char> kept = {},
                                      std::span<const char> later = {});

@@ -75,13 +75,60 @@ ChordLengths chord_lengths(std::span<const Vec2> points, double sigma_mm) {
     return out;
 }
 
+/// Points all round: those that were measured, with those of the bridges between them.
+class Course {
+  public:
+    Course(std::span<const Vec2> measured, std::span<const GapBridge> bridges) : points_(measured) {
+        if (bridges.empty()) return;
+        for (std::size_t i = 0; i < measured.size(); ++i) {
+            add(measured[i], 0.0, i);
+            for (; !bridges.empty() && bridges.front().before == i; bridges = bridges.subspan(1))
+                for (const Vec2& p : bridges.front().points)
+                    add(p, bridges.front().sigma_mm, SmoothingSystem::supposed);
+        }
+        points_ = all_;
+    }
+    Course(const Course&) = delete;
+    Course& operator=(const Course&) = delete;
+
+    std::span<const Vec2> points() const { return points_; }
+
+    /// Of the points in an order: 0 where they were measured; empty when all were.
+    std::vector<double> supposed_sigma_mm(std::span<const std::size_t> order) const {
+        std::vector<double> out;
+        for (std::size_t i = 0; i < order.size() && !all_.empty(); ++i)
+            out.push_back(sigma_mm_[order[i]]);
+        return out;
+    }
+    /// Numbers of points become those of the measured ones.
+    void number_as_measured(std::vector<std::size_t>& numbers) const {
+        for (std::size_t i = 0; i < numbers.size() && !all_.empty(); ++i)
+            numbers[i] = measured_[numbers[i]];
+    }
+
+  private:
+    void add(const Vec2& point, double sigma_mm, std::size_t number) {
+        all_.push_back(point);
+        sigma_mm_.push_back(sigma_mm);
+        measured_.push_back(number);
+    }
+
+    std::span<const Vec2> points_;
+    std::vector<Vec2> all_;
+    std::vector<double> sigma_mm_;
+    std::vector<std::size_t> measured_;
+};
+
 /// A curve from its points to its joints.
 class Smoothing {
   public:
     /// Points in order round and their first parameters; the points whose chords were measured.
     Smoothing(std::span<const Vec2> points, std::vector<double> t, const ChordLengths& chords,
-              std::span<const Vec2> points_of_chords, double sigma_mm)
-        : system_(points, sigma_mm), t_(std::move(t)), period_(chords.period) {
+              std::span<const Vec2> points_of_chords, double sigma_mm, std::vector<double> supposed_sigma_mm)
+        : supposed_sigma_mm_(std::move(supposed_sigma_mm)),
+          system_(points, sigma_mm, supposed_sigma_mm_),
+          t_(std::move(t)),
+          period_(chords.period) {
         for (const std::size_t i : chords.anchors) {
             anchors_.push_back(points_of_chords[i]);
             anchor_t_.push_back(chords.t[i]);
@@ -92,7 +139,7 @@ class Smoothing {
     core::Status run() {
         if (auto status = fit({}); !status) return status;
         // What joints do not explain is narrower than the spans.
-        const std::vector<char> lacking = not_followed(system_.residuals(), least_sigma_mm);
+        const std::vector<char> lacking = points_not_followed();
         if (std::find(lacking.begin(), lacking.end(), 1) == lacking.end()) return {};
         return fit(lacking);
     }
@@ -126,6 +173,14 @@ class Smoothing {
         return {};
     }
 
+    /// Of those that were measured: where a point is only supposed, the curve is where it should be.
+    std::vector<char> points_not_followed() const {
+        std::vector<double> residuals = system_.residuals();
+        for (std::size_t i = 0; i < supposed_sigma_mm_.size(); ++i)
+            if (supposed_sigma_mm_[i] > 0.0) residuals[i] = 0.0;
+        return not_followed(residuals, least_sigma_mm);
+    }
+
     core::Status anew(double turn) {
         const std::size_t most = std::clamp(anchors_.size() * 2, least_spans, most_spans);
         return system_.start(graded_knots(anchors_, anchor_t_, period_, turn, most, widest_), t_);
@@ -133,7 +188,7 @@ class Smoothing {
 
     /// Halves the spans that do not follow `lacking` points, as `widest_` of the anchors there. Are there any?
     bool halve(std::span<const char> lacking) {
-        const std::vector<char> still = not_followed(system_.residuals(), least_sigma_mm);
+        const std::vector<char> still = points_not_followed();
         const auto& breaks = system_.breaks();
         const auto last_not_above = [](std::span<const double> values, double value) {
             return static_cast<std::size_t>(std::upper_bound(values.begin() + 1, values.end(), value) -
@@ -154,6 +209,7 @@ class Smoothing {
         return any;
     }
 
+    std::vector<double> supposed_sigma_mm_;  // 0: measured; empty: all are
     SmoothingSystem system_;
     std::vector<double> t_;
     std::vector<Vec2> anchors_;
@@ -165,15 +221,17 @@ class Smoothing {
 
 }  // namespace
 
-core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points) {
-    const std::size_t n = points.size();
-    if (n < points_needed)
+core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> measured, std::span<const GapBridge> bridges) {
+    if (measured.size() < points_needed)
         return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: needs " + std::to_string(points_needed) +
-                                                            " points, got " + std::to_string(n));
-    const double sigma_mm = rough_sigma(points);
+                                                            " points, got " + std::to_string(measured.size()));
+    const double sigma_mm = rough_sigma(measured);
+    const Course course(measured, bridges);
+    const std::span<const Vec2> points = course.points();
     const ChordLengths chords = chord_lengths(points, sigma_mm);
     if (!std::isfinite(sigma_mm) || !(chords.period > 0.0 && chords.period < longest_period_mm))
         return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: the points span no plausible length");
+    const std::size_t n = points.size();
     std::vector<std::size_t> order(n);  // of the points by parameter
     std::iota(order.begin(), order.end(), std::size_t{0});
     if (!std::is_sorted(chords.t.begin(), chords.t.end()))
@@ -188,8 +246,9 @@ core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points) {
         t[i] = chords.t[order[i]];
     }
 
-    Smoothing smoothing(in_order, std::move(t), chords, points, sigma_mm);
+    Smoothing smoothing(in_order, std::move(t), chords, points, sigma_mm, course.supposed_sigma_mm(order));
     if (auto status = smoothing.run(); !status) return tl::unexpected(status.error());
+    course.number_as_measured(order);
     return std::move(smoothing.system()).finish(std::move(smoothing.joints()), order, origin, own_roughness_doubt);
 }
 

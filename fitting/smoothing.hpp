@@ -64,9 +64,17 @@ struct SmoothCurve {
     CurveNoise noise;
 };
 
-/// Fits points that go round once, counter-clockwise, in order. Nothing is told about the noise: the strength of the
-/// smoothing follows from the points, locally (docs/theory.md, section 3). O(n). Errors: fit_not_evaluable (fewer than
-/// 12 points, singular).
-core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points);
+/// Where nothing was measured behind point `before`: points where the curve may be supposed to go, each uncertain by
+/// `sigma_mm`. They keep it from going astray there and weigh next to nothing beside what was measured.
+struct GapBridge {
+    std::size_t before = 0;
+    std::vector<Vec2> points;
+    double sigma_mm = 0.0;
+};
+
+/// Fits points that go round once, counter-clockwise, in order; `bridges` in their order. Nothing is told about the
+/// noise: the strength of the smoothing follows from the points, locally (docs/theory.md, section 3). O(n). Errors:
+/// fit_not_evaluable (fewer than 12 points, singular).
+core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points, std::span<const GapBridge> bridges = {});
 
 }  // namespace cmm::fitting

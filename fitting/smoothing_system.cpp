@@ -22,8 +22,16 @@ constexpr double stiffest = 1e9;
 
 }  // namespace
 
-SmoothingSystem::SmoothingSystem(std::span<const Vec2> points, double sigma_mm)
-    : residual_(points.size()), span_(points.size()), basis_(points.size()), sigma_(sigma_mm) {
+SmoothingSystem::SmoothingSystem(std::span<const Vec2> points, double sigma_mm,
+                                 std::span<const double> supposed_sigma_mm)
+    : residual_(points.size()),
+      supposed_(supposed_sigma_mm.begin(), supposed_sigma_mm.end()),
+      measured_(static_cast<double>(points.size())),
+      span_(points.size()),
+      basis_(points.size()),
+      sigma_(sigma_mm) {
+    for (const double sigma : supposed_)
+        if (sigma > 0.0) measured_ -= 1.0;
     for (const Vec2& p : points) {
         x_.push_back(p.x());
         y_.push_back(p.y());
@@ -49,7 +57,7 @@ core::Status SmoothingSystem::start(std::vector<double> breaks, std::span<const 
     controls_ = least_squares_.controls();
     curve_ = least_squares_.curve();
     measure();
-    const double n = static_cast<double>(x_.size());
+    const double n = measured_;
     sigma_ = std::max(std::sqrt(residual_squares_ / std::max(n - 0.5 * static_cast<double>(spans_), 0.25 * n)),
                       least_sigma_mm);
     std::vector<double> variance(spans_);
@@ -215,6 +223,13 @@ void SmoothingSystem::measure_jumps() {
     }
 }
 
+/// Of a point, against one that was measured.
+double SmoothingSystem::weight_of(std::size_t point) const {
+    if (supposed_.empty() || !(supposed_[point] > 0.0)) return 1.0;
+    const double share = std::min(sigma_ / supposed_[point], 1.0);
+    return share * share;
+}
+
 /// Gram matrix and moments of the points.
 void SmoothingSystem::sum_points() {
     gram_.assign(spans_, Four{});
@@ -226,11 +241,12 @@ void SmoothingSystem::sum_points() {
         Four moment{};
         for (; i < basis_.size() && span_[i] == span; ++i) {
             const Four& b = basis_[i];
-            residual_squares_ += residual_[i] * residual_[i];
+            const double weight = weight_of(i), weighted = weight * residual_[i];
+            residual_squares_ += weighted * residual_[i];
             for (std::size_t a = 0; a < 4; ++a) {
-                moment[a] += b[a] * residual_[i];
+                moment[a] += b[a] * weighted;
                 for (std::size_t c = 0; c <= a; ++c)
-                    gram[a][c] += b[a] * b[c];
+                    gram[a][c] += weight * b[a] * b[c];
             }
         }
         for (std::size_t a = 0; a < 4; ++a) {
@@ -303,7 +319,7 @@ void SmoothingSystem::tune() {
             sum += 2.0 * gram_[k][m] * displacement_[before(k, m)];
         squares += displacement_[k] * sum;
     }
-    const double n = static_cast<double>(basis_.size());
+    const double n = measured_;
     sigma_ = std::max(std::sqrt(std::max(squares, 0.0) / std::max(n - freedom_, 1.0)), least_sigma_mm);
     roughness_.update(moved_, uncertain_);
 }
@@ -375,12 +391,13 @@ double SmoothingSystem::step_variance(double from_t, double to_t) const {
 
 SmoothCurve SmoothingSystem::finish(std::vector<CurvatureStep> joints, std::span<const std::size_t> order,
                                     const Vec2& origin, double doubt) && {
-    const std::size_t n = order.size();
+    const auto n = static_cast<std::size_t>(measured_);
     SmoothCurve out;
     out.parameter.resize(n);
     out.residual.resize(n);
     out.leverage.resize(n);
-    for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t i = 0; i < order.size(); ++i) {
+        if (order[i] == supposed) continue;
         out.parameter[order[i]] = t_[i];
         out.residual[order[i]] = residual_[i];
         out.leverage[order[i]] = leverage(i);

@@ -21,8 +21,9 @@ namespace cmm::fitting {
 /// (docs/theory.md, section 3). Knot k is break k + 1; control k + a, round the end, weighs function a of span k.
 class SmoothingSystem {
   public:
-    /// Points in order; `sigma_mm` is a first estimate of their noise along the normal.
-    SmoothingSystem(std::span<const Vec2> points, double sigma_mm);
+    /// Points in order; `sigma_mm` is a first estimate of their noise along the normal. `supposed_sigma_mm`: of those
+    /// that were not measured but are only supposed, 0 of the others; empty when all were measured.
+    SmoothingSystem(std::span<const Vec2> points, double sigma_mm, std::span<const double> supposed_sigma_mm = {});
 
     /// The curve becomes the least-squares spline of the points at parameters `t`, hardly smoothed, and all roughness
     /// starts anew. Errors: fit_not_evaluable.
@@ -81,6 +82,8 @@ class SmoothingSystem {
     double step_variance(double from_t, double to_t) const;
     const CubicBasis& basis(std::size_t span) const { return least_squares_.basis(span); }
 
+    /// The number of a point that is only supposed.
+    static constexpr std::size_t supposed = ~std::size_t{0};
     /// The measured curve with its joints. `order`: which point of the result is which of the system's; `origin`: of
     /// its coordinates. The uncertainty is that of a curve `doubt` times as rough. The system is used up.
     SmoothCurve finish(std::vector<CurvatureStep> joints, std::span<const std::size_t> order, const Vec2& origin,
@@ -104,6 +107,7 @@ class SmoothingSystem {
     template <int Count>
     void measure_residuals(std::size_t span, std::size_t first);
     void measure_points();
+    double weight_of(std::size_t point) const;
     void sum_points();
     bool solve(double times = 1.0);
     void tune();
@@ -112,6 +116,8 @@ class SmoothingSystem {
     CurveNoise noise(double doubt) &&;
 
     std::vector<double> x_, y_, t_, residual_;
+    std::vector<double> supposed_;  // standard deviations; 0 of points that were measured; empty when all were
+    double measured_ = 0.0;         // number of points
     std::vector<std::uint32_t> span_;
     std::vector<Four> basis_;
     double sigma_ = 0.0, freedom_ = 0.0;

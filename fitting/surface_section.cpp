@@ -26,27 +26,27 @@ constexpr double still_radii = 1.0, faded_radii = 2.0;  // from a place that sta
 /// How well the other sections foretell a section: the polynomial through their points along each u = const.
 class NeighbourForecast {
   public:
-    /// `u`: the places that will be asked for.
-    NeighbourForecast(const SurfaceCompensation& surface, std::size_t row, std::span<const double> u)
+    /// Of the section at z with the curve of ball centres `own`. `u`: the places that will be asked for.
+    NeighbourForecast(const SurfaceCompensation& surface, double z, const PiecewiseCubic& own,
+                      std::span<const double> u)
         : off_(u.size(), Vec2::Zero()) {
         const auto rows = surface.rows();
-        const double z = rows[row].z_mm();
         std::vector<std::size_t> others;
         for (std::size_t k = 0; k < rows.size(); ++k)
-            if (k != row) others.push_back(k);
+            if (rows[k].z_mm() != z) others.push_back(k);
         std::sort(others.begin(), others.end(), [&](std::size_t a, std::size_t b) {
             return std::abs(rows[a].z_mm() - z) < std::abs(rows[b].z_mm() - z);
         });
         others.resize(std::min(others.size(), most_neighbours));
         known_ = others.size() > 1;
         step_ = std::abs(rows[others.front()].z_mm() - z);
-        if (row == 0 || row + 1 == rows.size()) step_ /= one_sided;
-        add(surface, row, u, -1.0);
+        if (z == rows.front().z_mm() || z == rows.back().z_mm()) step_ /= one_sided;
+        add(surface, z, own, u, -1.0);
         for (const std::size_t k : others) {
             double weight = 1.0;  // Lagrange's
             for (const std::size_t other : others)
                 if (other != k) weight *= (z - rows[other].z_mm()) / (rows[k].z_mm() - rows[other].z_mm());
-            add(surface, k, u, weight);
+            add(surface, rows[k].z_mm(), rows[k].smooth().curve, u, weight);
         }
     }
 
@@ -58,12 +58,13 @@ class NeighbourForecast {
 
   private:
     /// The section's own points beside those of the surface.
-    void add(const SurfaceCompensation& surface, std::size_t row, std::span<const double> u, double weight) {
+    void add(const SurfaceCompensation& surface, double z, const PiecewiseCubic& own, std::span<const double> u,
+             double weight) {
         std::vector<Vec2> points;
         for (const double place : u)
-            points.push_back(surface.centres()->surface.position({place, surface.rows()[row].z_mm()}).head<2>());
+            points.push_back(surface.centres()->surface.position({place, z}).head<2>());
         std::vector<ClosestPoint> feet(points.size());
-        ClosedCurve(surface.rows()[row].smooth().curve).closest(points, feet);
+        ClosedCurve(own).closest(points, feet);
         for (std::size_t i = 0; i < feet.size(); ++i)
             off_[i] += weight * feet[i].foot;
     }
@@ -109,15 +110,36 @@ std::vector<std::size_t> nearest_along(std::span<const Vec2> from, std::span<con
     return found;
 }
 
+/// The point of `cut` that is nearest to each place of the curve, among those that face the same way.
+std::vector<std::size_t> nearest_facing(const PiecewiseCubic& curve, std::span<const Vec2> own,
+                                        std::span<const Vec2> wanted, std::span<const CutPoint> cut) {
+    std::vector<std::size_t> found;
+    for (std::size_t k = 0; k < own.size(); ++k) {
+        const Vec2 outward = curve.jet(curve.breaks()[k]).right_normal();
+        std::size_t best = 0;
+        double best_squared = std::numeric_limits<double>::infinity();
+        for (std::size_t j = 0; j < wanted.size(); ++j) {
+            const double squared = (wanted[j] - own[k]).squaredNorm();
+            if (squared >= best_squared || cut[j].normal.head<2>().dot(outward) < 0.0) continue;
+            best = j;
+            best_squared = squared;
+        }
+        found.push_back(best);
+    }
+    return found;
+}
+
 class SectionMover {
   public:
-    SectionMover(const SurfaceCompensation& surface, std::size_t row, const SectionFit& flat,
-                 const SectionOptions& options)
+    /// `of_surface`: the section is one of those that the surface was made of.
+    SectionMover(const SurfaceCompensation& surface, double z_mm, const SmoothCurve& smooth, bool of_surface,
+                 const SectionFit& flat, const SectionOptions& options)
         : surface_(surface),
-          row_(row),
+          z_mm_(z_mm),
+          of_surface_(of_surface),
           flat_(flat),
           options_(options),
-          smooth_(surface.rows()[row].smooth()),
+          smooth_(smooth),
           curve_(smooth_.curve) {}
 
     core::Result<SurfaceSection> run() {
@@ -132,13 +154,13 @@ class SectionMover {
     /// At every break of the curve: where it belongs, and what the surface says.
     core::Status look_up() {
         const Surface& surface = surface_.centres()->surface;
-        const double z = surface_.rows()[row_].z_mm(), r = options_.ball_radius_mm;
-        const auto cut = cut_at_height(surface, -r, z, span_parameters(surface.u(), parts_of_a_span));
+        const double r = options_.ball_radius_mm;
+        const auto cut = cut_at_height(surface, -r, z_mm_, span_parameters(surface.u(), parts_of_a_span));
         if (!cut) return tl::unexpected(cut.error());
         std::vector<Vec2> wanted, level;
         for (const CutPoint& p : cut->points) {
             wanted.push_back(p.position.head<2>() + r * p.normal.head<2>().normalized());
-            level.push_back(surface.position({p.place.u, z}).head<2>());
+            level.push_back(surface.position({p.place.u, z_mm_}).head<2>());
         }
         const auto wanted_curve = ClosedCurve::through(wanted), level_curve = ClosedCurve::through(level);
         if (!wanted_curve) return tl::unexpected(wanted_curve.error());
@@ -151,15 +173,18 @@ class SectionMover {
         for (std::size_t k = 0; k < n; ++k)
             off[k] = level_feet[k].distance_mm;
         const auto rms = local_rms(off);
-        const auto place = nearest_along(own_, wanted);
+        const auto place =
+            of_surface_ ? nearest_along(own_, wanted) : nearest_facing(curve_, own_, wanted, cut->points);
         std::vector<double> u;
         for (const std::size_t i : place)
             u.push_back(cut->points[i].place.u);
-        const NeighbourForecast forecast(surface_, row_, u);
+        const NeighbourForecast forecast(surface_, z_mm_, curve_, u);
         for (std::size_t k = 0; k < n; ++k) {
             const double t = curve_.breaks()[k], noise = smooth_.noise.sigma_mm(t);
             const double explained =
-                std::clamp((own_sigmas * noise - rms[k]) / ((own_sigmas - explained_sigmas) * noise), 0.0, 1.0);
+                of_surface_
+                    ? std::clamp((own_sigmas * noise - rms[k]) / ((own_sigmas - explained_sigmas) * noise), 0.0, 1.0)
+                    : 0.0;
             const CutPoint& p = cut->points[place[k]];
             const Vec2 outward = p.normal.head<2>().normalized();
             shift_.push_back(feet[k].foot - own_[k] + (1.0 - explained) * off[k] * outward);
@@ -245,7 +270,8 @@ class SectionMover {
     }
 
     const SurfaceCompensation& surface_;
-    std::size_t row_;
+    double z_mm_;
+    bool of_surface_;
     const SectionFit& flat_;
     const SectionOptions& options_;
     const SmoothCurve& smooth_;  // of the section's ball centres, as the surface has it
@@ -263,9 +289,13 @@ core::Result<SurfaceSection> compensate_section(const SurfaceCompensation& surfa
     const auto rows = surface.rows();
     if (!surface.centres()) return refuse("compensation: no other section tells the lean");
     const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& r) { return r.z_mm() == z_mm; });
-    if (row == rows.end() || flat.contour.empty() || row->smooth().parameter.size() != flat.centres.points.size())
-        return refuse("compensation: the section is not in the surface of ball centres");
-    return SectionMover(surface, static_cast<std::size_t>(row - rows.begin()), flat, options).run();
+    const bool of_surface = row != rows.end();
+    const SmoothCurve& smooth = of_surface ? row->smooth() : flat.centres.curve;
+    if (flat.contour.empty() || smooth.parameter.size() != flat.centres.points.size())
+        return refuse("compensation: the section's curve of ball centres is not that of its points");
+    if (z_mm < rows.front().z_mm() || z_mm > rows.back().z_mm())
+        return refuse("compensation: the section lies beyond those that tell the lean");
+    return SectionMover(surface, z_mm, smooth, of_surface, flat, options).run();
 }
 
 }  // namespace cmm::fitting

@@ -183,7 +183,7 @@ TEST_F(ExportBody, OneSectionIsNoBody) {
         run({cmmlive(), "demo", "--part", folder / "one.toml", "--speed", "0", "--out", folder / "one"}).exit_code, 0);
     const auto done = run({cmmlive(), "export", folder / "one", "--format", "step", "--out", folder / "one.step"});
     EXPECT_NE(done.exit_code, 0);
-    EXPECT_NE(done.err.find("2 rows"), std::string::npos) << done.err;
+    EXPECT_NE(done.err.find("two sections"), std::string::npos) << done.err;
     EXPECT_FALSE(std::filesystem::exists(folder / "one.step"));
 }
 

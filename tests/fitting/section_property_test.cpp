@@ -81,7 +81,7 @@ RC_GTEST_PROP(SectionProperties, GarbageGivesAResultOrAnError, ()) {
     if (*rc::gen::arbitrary<bool>()) options.ball_radius_mm = *garbage();
     if (*whole(0, 4) == 0) options.le_hint = Vec2(*garbage(), *garbage());
     if (*whole(0, 4) == 0) options.reject_floor_mm = *garbage();
-    if (*whole(0, 4) == 0) options.closing_gap_factor = *garbage();
+    if (*whole(0, 4) == 0) options.gap_factor = *garbage();
     if (*whole(0, 4) == 0) options.lean_rad = *garbage();
     const auto fit = fit_section(points, excluded, options);
     if (fit) RC_ASSERT(fit->verdicts.size() == points.size());

@@ -163,7 +163,8 @@ TEST(SurfaceSection, FewSectionsAreHonest) {
 
 TEST(SurfaceSection, DegenerateInputHasAName) {
     const MeasuredBlade measured(families::Family::compressor, 3, 1e-3, 10, 14);
-    EXPECT_FALSE(compensate_section(measured.surface, 11.0, measured.flat[0], measured.options)) << "no row there";
+    const double beyond = measured.rows.heights.back() + 1.0;
+    EXPECT_FALSE(compensate_section(measured.surface, beyond, measured.flat[0], measured.options)) << "nothing above";
     EXPECT_FALSE(compensate_section(SurfaceCompensation(1.0), 10.0, measured.flat[0], measured.options));
     SurfaceCompensation lonely(1.0);
     ASSERT_TRUE(lonely.add(measured.flat[0].centres.curve, 10.0));

@@ -84,7 +84,7 @@ std::string contour_rows(const acquisition::SectionResult& section) {
         row.add(contour[i].position_mm).add(contour[i].normal);
         row.raw(std::to_string(static_cast<int>(contour[i].zone)));
         row.add(section.deviation_mm.empty() ? std::nullopt : section.deviation_mm[i], deviation_digits);
-        row.add(section.deviation_u95_mm(i), deviation_digits);
+        row.add(contour[i].measured ? std::optional(section.deviation_u95_mm(i)) : std::nullopt, deviation_digits);
         if (!section.tolerances.empty())
             row.add(section.tolerances[i].below_mm, deviation_digits)
                 .add(section.tolerances[i].above_mm, deviation_digits);

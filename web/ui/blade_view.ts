@@ -5,7 +5,7 @@ import { begin, deviationColour, palette } from './canvas';
 interface Ring { x: Float64Array; y: Float64Array; z: number; share: Float64Array | null }
 const corners = 180;
 
-/** Even in arc length from the corner nearest to `start`. */
+/** Even in arc length from the corner nearest to `start`. Deviations: NaN in a gap. */
 function ring(points: [number, number][], z: number, start: [number, number], deviations: (number | null)[] | null, halfLimit: number): Ring {
   const n = points.length, lengths = new Float64Array(n + 1);
   let first = 0, nearest = Infinity;
@@ -83,7 +83,7 @@ export class BladeView {
       for (let i = 0; i < planned.nominal.length; i += 2) nominal.push([planned.nominal[i], planned.nominal[i + 1]]);
       const final = sections.get(planned.index);
       if (final?.contour.length) {
-        this.measured.push(ring(final.contour.map(([x, y]) => [x, y]), planned.z_mm, start(final, nominal), final.contour.map((row) => row[5]), halfLimit));
+        this.measured.push(ring(final.contour.map(([x, y]) => [x, y]), planned.z_mm, start(final, nominal), final.contour.map((row) => (row[6] === null ? NaN : row[5])), halfLimit));
       } else if (nominal.length) {
         this.rings.push(ring(nominal, planned.z_mm, start(undefined, nominal), null, halfLimit));
       }
@@ -134,12 +134,12 @@ export class BladeView {
       const [a, b] = [this.measured[i], this.measured[i + 1]];
       for (let k = 0; k < corners; ++k) {
         const l = (k + 1) % corners;
+        const share = ((a.share?.[k] ?? 0) + (a.share?.[l] ?? 0) + (b.share?.[l] ?? 0) + (b.share?.[k] ?? 0)) / 4;
+        if (Number.isNaN(share)) continue;
         const shape = [project(a.x[k], a.y[k], a.z), project(a.x[l], a.y[l], a.z), project(b.x[l], b.y[l], b.z), project(b.x[k], b.y[k], b.z)];
         const ex = a.x[l] - a.x[k], ey = a.y[l] - a.y[k], across = (ey * ct + ex * st) / (Math.hypot(ex, ey) || 1);
         facets.push({
-          depth: shape.reduce((sum, q) => sum + q[2], 0), shape, light: 0.86 + 0.14 * across,
-          share: ((a.share?.[k] ?? 0) + (a.share?.[l] ?? 0) + (b.share?.[l] ?? 0) + (b.share?.[k] ?? 0)) / 4,
-        });
+          depth: shape.reduce((sum, q) => sum + q[2], 0), shape, light: 0.86 + 0.14 * across, share });
       }
     }
     facets.sort((a, b) => b.depth - a.depth);

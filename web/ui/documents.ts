@@ -8,9 +8,9 @@ export interface Plan {
 /** seq, section, x, y, touched, and against a nominal: deviation, normal x, normal y. */
 export type LivePoint = [number, number, number, number, number, (number | null)?, number?, number?];
 export interface Points { last: number; more: boolean; points: LivePoint[] }
-/** x, y, normal x, normal y, zone (0 LE, 1 suction, 2 TE, 3 pressure), deviation, U95; where the nominal has tolerances
+/** x, y, normal x, normal y, zone (0 LE, 1 suction, 2 TE, 3 pressure), deviation, U95 (null: not measured, a gap); where the nominal has tolerances
  *  at its points: lowest and highest deviation that conform here. */
-export type ContourRow = [number, number, number, number, number, number | null, number, number?, number?];
+export type ContourRow = [number, number, number, number, number, number | null, number | null, number?, number?];
 /** seq, x, y, what became of it, residual. */
 export type JudgedPoint = [number, number, number, string, number];
 /** Standard uncertainties by where they come from; `added` is added to U95 as it is. In the unit of their number. */

@@ -99,15 +99,15 @@ export class SectionView {
     const { g, width, height } = frame, p = palette(), v = this.view(), { plan, final, live, halfLimit } = this.shown;
     const X = (x: number) => width / 2 + (x - v.centre[0]) * v.scale, Y = (y: number) => height / 2 - (y - v.centre[1]) * v.scale;
     this.magnification = roundDown(Math.max(1, whiskerPixels / (this.largest() * v.scale)));
-    const closed = (points: [number, number][]) => {
+    const line = (points: [number, number][], closed: boolean) => {
       g.beginPath();
       points.forEach(([x, y], i) => (i ? g.lineTo(X(x), Y(y)) : g.moveTo(X(x), Y(y))));
-      g.closePath();
+      if (closed) g.closePath();
     };
     if (plan?.nominal.length) {
       const nominal: [number, number][] = [];
       for (let i = 0; i < plan.nominal.length; i += 2) nominal.push([plan.nominal[i], plan.nominal[i + 1]]);
-      closed(nominal);
+      line(nominal, true);
       g.fillStyle = p.nominal;
       g.globalAlpha = 0.14;
       g.fill();
@@ -127,29 +127,37 @@ export class SectionView {
     g.lineWidth = 1.5;
     if (final?.contour.length) {
       let last = -Infinity, run = 0, before: number[] | null = null;
-      const tips: [number, number][] = [];
-      for (const [x, y, nx, ny, , deviation] of final.contour) {
+      // What was measured, in stretches from gap to gap.
+      const rows = final.contour, behind = rows.findIndex((row, i) => row[6] !== null && rows[(i || rows.length) - 1][6] === null);
+      const whole = behind < 0, tips: [number, number][][] = [[]], places: [number, number][][] = [[]];
+      for (let i = 0; i < rows.length; ++i) {
+        const [x, y, nx, ny, , deviation, u95] = rows[(i + Math.max(0, behind)) % rows.length];
         if (before) run += Math.hypot(x - before[0], y - before[1]) * v.scale;
         before = [x, y];
+        if (u95 === null) {
+          if (places[places.length - 1].length) { tips.push([]); places.push([]); }
+          continue;
+        }
+        places[places.length - 1].push([x, y]);
         if (deviation === null) continue;
         const bx = x - nx * deviation, by = y - ny * deviation;
-        tips.push([bx + nx * deviation * this.magnification, by + ny * deviation * this.magnification]);
+        tips[tips.length - 1].push([bx + nx * deviation * this.magnification, by + ny * deviation * this.magnification]);
         if (run - last < 6) continue;
         last = run;
         whisker(bx, by, nx, ny, deviation);
       }
-      if (tips.length) {
+      const compared = tips.some((stretch) => stretch.length);
+      if (compared) {
         g.globalAlpha = 0.55;
         g.lineWidth = 1;
-        g.strokeStyle = p.ink;
-        closed(tips);
-        g.stroke();
-        g.globalAlpha = 1;
-      } else {
-        g.strokeStyle = p.accent;
-        closed(final.contour.map(([x, y]) => [x, y]));
+      }
+      g.strokeStyle = compared ? p.ink : p.accent;
+      for (const stretch of compared ? tips : places) {
+        if (!stretch.length) continue;
+        line(stretch, whole);
         g.stroke();
       }
+      g.globalAlpha = 1;
     } else {
       for (const [, , x, y, touched, deviation, nx, ny] of live) {
         if (!touched || deviation === undefined || deviation === null || nx === undefined || ny === undefined) continue;

@@ -15,7 +15,7 @@ function stations(final: Section | undefined, live: LivePoint[]): Station[] {
     return rows.map((_, i) => {
       const row = rows[(i + turn) % rows.length], before = rows[(i + turn + rows.length - 1) % rows.length];
       if (i) s += Math.hypot(row[0] - before[0], row[1] - before[1]);
-      return { s, deviation: row[5], u95: row[6], zone: row[4], below: row[7], above: row[8] };
+      return { s, deviation: row[5], u95: row[6] ?? 0, zone: row[4], below: row[7], above: row[8] };
     });
   }
   let s = 0;

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/gaps.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <utility>
+
+#include "core/text.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+constexpr std::size_t local_steps = 8;  // steps on either side that tell how densely the points lie
+constexpr std::size_t bridge_points = 12;
+constexpr double bridge_sigma_share = 0.02;    // of the gap's width
+constexpr double least_gap_balls = 0.1;        // of the ball radius: what is narrower the ball sees from both sides
+constexpr double most_bridged_turn_rad = 1.2;  // from before a gap to behind it: more is an edge
+constexpr double most_share = 0.3;             // of the way round
+
+/// Median of the steps first, first + stride, ... of a closed sequence.
+double median_from(const std::vector<double>& steps, std::size_t first, std::size_t stride) {
+    std::array<double, local_steps> near{};
+    for (std::size_t k = 0; k < local_steps; ++k)
+        near[k] = steps[(first + k * stride) % steps.size()];
+    std::nth_element(near.begin(), near.begin() + local_steps / 2, near.end());
+    return near[local_steps / 2];
+}
+
+std::vector<double> steps_of(std::span<const Vec2> points) {
+    const std::size_t n = points.size();
+    std::vector<double> steps(n);
+    for (std::size_t k = 0; k < n; ++k)
+        steps[k] = (points[(k + 1) % n] - points[k]).norm();
+    return steps;
+}
+
+/// Unit vector from points[first] into the stretch first, first + stride, ...: the tangent there of the parabola
+/// through the eight that follow.
+Vec2 into_stretch(std::span<const Vec2> points, std::size_t first, std::size_t stride) {
+    const auto off = [&](std::size_t k) -> Vec2 {
+        return points[(first + k * stride) % points.size()] - points[first];
+    };
+    const Vec2 far = off(local_steps).normalized();
+    Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
+    Vec2 moment = Vec2::Zero();
+    for (std::size_t k = 1; k <= local_steps; ++k) {
+        const double along = off(k).dot(far);
+        const Vec2 powers(along, along * along);
+        normal += powers * powers.transpose();
+        moment += powers * cross(far, off(k));
+    }
+    const double slope = normal.ldlt().solve(moment).x();
+    return (far + slope * left_of(far)).normalized();
+}
+
+/// The way over a gap: Hermite's cubic, as fast at its ends as the one that is next to an arc of so much turn.
+class Way {
+  public:
+    Way(std::span<const Vec2> points, const Gap& gap)
+        : from_(points[gap.before]),
+          to_(points[gap.behind]),
+          in_(-into_stretch(points, gap.before, points.size() - 1)),
+          out_(into_stretch(points, gap.behind, 1)),
+          turn_rad_(std::abs(turn_angle(in_, to_ - from_)) + std::abs(turn_angle(to_ - from_, out_))) {
+        const double quarter = std::cos(std::min(0.25 * turn_rad_, 1.0));
+        speed_mm_ = width_mm() / (quarter * quarter);
+    }
+
+    double width_mm() const { return (to_ - from_).norm(); }
+    /// From before the gap to its chord and on to behind it.
+    double turn_rad() const { return turn_rad_; }
+    bool turns_left() const { return turn_angle(in_, to_ - from_) > 0.0 && turn_angle(to_ - from_, out_) > 0.0; }
+    Vec2 at(double w) const {
+        const double v = 1.0 - w;
+        return v * v * (1.0 + 2.0 * w) * from_ + w * w * (1.0 + 2.0 * v) * to_ +
+               speed_mm_ * w * v * (v * in_ - w * out_);
+    }
+
+  private:
+    Vec2 from_, to_, in_, out_;
+    double turn_rad_, speed_mm_ = 0.0;
+};
+
+/// A ball that goes round an edge makes a way; where the next point is on the other side of it, nobody measured it.
+bool skips_edge(std::span<const Vec2> points, const Gap& gap, double ball_radius_mm) {
+    if (!(ball_radius_mm > 0.0) || (points[gap.behind] - points[gap.before]).norm() < ball_radius_mm) return false;
+    const Way way(points, gap);
+    return way.turn_rad() > most_bridged_turn_rad && way.turns_left();
+}
+
+}  // namespace
+
+std::vector<Gap> find_gaps(std::span<const Vec2> points, const SectionOptions& options) {
+    const std::size_t n = points.size();
+    std::vector<Gap> gaps;
+    if (n < 2 * local_steps) return gaps;
+    const std::vector<double> steps = steps_of(points);
+    const double factor = options.gap_factor, least_mm = least_gap_balls * options.ball_radius_mm;
+    const auto is_far = [&](std::size_t k) {
+        if (steps[k] <= least_mm || steps[k] <= factor * std::min(steps[(k + n - 1) % n], steps[(k + 1) % n]))
+            return false;
+        return steps[k] > factor * std::max(median_from(steps, k + 1, 1), median_from(steps, k + n - 1, n - 1));
+    };
+    for (std::size_t k = 0; k < n; ++k) {
+        const Gap gap{k, (k + 1) % n};
+        if (is_far(k) || skips_edge(points, gap, options.ball_radius_mm)) gaps.push_back(gap);
+    }
+    return gaps;
+}
+
+std::vector<GapBridge> bridges_over(std::span<const Vec2> points, std::span<const Gap> gaps) {
+    std::vector<GapBridge> bridges;
+    for (const Gap& gap : gaps) {
+        const Way way(points, gap);
+        GapBridge bridge{gap.before, {}, bridge_sigma_share * way.width_mm()};
+        for (std::size_t k = 1; k <= bridge_points; ++k)
+            bridge.points.push_back(way.at(static_cast<double>(k) / (bridge_points + 1)));
+        bridges.push_back(std::move(bridge));
+    }
+    return bridges;
+}
+
+core::Status check_bridges(std::span<const Vec2> points, std::span<const Gap> gaps) {
+    if (gaps.empty()) return {};
+    const std::vector<double> steps = steps_of(points);
+    const double whole_mm = std::accumulate(steps.begin(), steps.end(), 0.0);
+    for (const Gap& gap : gaps) {
+        const double turn = Way(points, gap).turn_rad(), share = steps[gap.before] / whole_mm;
+        if (turn <= most_bridged_turn_rad && share <= most_share) continue;
+        const auto at = [](const Vec2& p) { return "(" + core::fixed(p.x(), 3) + ", " + core::fixed(p.y(), 3) + ")"; };
+        return core::fail(core::ErrorCode::fit_not_evaluable,
+                          "section: open, nothing was measured between " + at(points[gap.before]) + " and " +
+                              at(points[gap.behind]) + " mm, " + core::fixed(100.0 * share, 0) +
+                              " % of the way round, where it turns by " +
+                              core::fixed(turn * 180.0 / std::numbers::pi, 0) + " degrees");
+    }
+    return {};
+}
+
+}  // namespace cmm::fitting

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Sections that were measured in part, judged: what was not measured is neither shown nor decided.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "acquisition/exports.hpp"
+#include "acquisition/part_judge.hpp"
+#include "tests/acquisition/count_of.hpp"
+#include "tests/acquisition/leaning_part.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+using Missing = std::function<bool(const RecordedPoint&, const Eigen::Vector2d& normal)>;
+
+/// The middle third of the suction side.
+bool on_suction_side(const RecordedPoint& point, const Eigen::Vector2d& normal) {
+    return normal.y() > 0.7 && std::abs(point.centre_mm.x()) < 4.0;
+}
+/// The TE, which lies to the right, and a third of the sides.
+bool round_the_te(const RecordedPoint& point, const Eigen::Vector2d&) {
+    return point.centre_mm.x() > 6.0;
+}
+
+/// The leaning blade, judged without the points of its middle section that are missing.
+PartResult judged_without(const Missing& missing, const std::string& gate,
+                          const std::vector<std::size_t>& sections = {1}, double thicken_mm = 0.0) {
+    const LeaningPart part(leaning_text(gate), Eigen::Vector2d::Zero(), thicken_mm);
+    PartJudge judge;
+    for (std::size_t i = 0; i < part.setups.size(); ++i) {
+        auto points = part.points(i);
+        if (std::find(sections.begin(), sections.end(), i) != sections.end()) {
+            const auto& planned = part.job.plan.paths[i].points;
+            std::vector<RecordedPoint> left;
+            for (const auto& point : points)
+                if (!missing(point, planned[point.sequence - 1].normal.head<2>())) left.push_back(point);
+            points = left;
+        }
+        judge.finish(part.setups[i], points);
+        judge.grow();
+    }
+    judge.complete();
+    PartResult result;
+    result.part_name = "blade";
+    result.ball_radius_mm = 1.0;
+    result.has_nominal = true;
+    result.sections = judge.take();
+    return result;
+}
+
+const std::string judged = "profile_mm = 0.2\nedge_profile_mm = 0.2\n";
+
+TEST(SectionGaps, WhatRestsOnAGapIsNotEvaluableAndTheRestIs) {
+    const auto part = judged_without(on_suction_side, judged);
+    const SectionResult& section = part.sections[1];
+    ASSERT_TRUE(section.closed()) << section.why;
+    ASSERT_EQ(section.gaps().size(), 1U);
+    EXPECT_NEAR(section.gaps()[0].length_mm, 8.5 + 2 * 4 * 0.5, 1.0);  // four points on either side
+    EXPECT_EQ(section.find("profile_suction")->decision, Decision::undecided);
+    EXPECT_NE(section.find("profile_suction")->note.find("not measured"), std::string::npos);
+    EXPECT_EQ(section.find("profile_pressure")->decision, Decision::accept) << section.find("profile_pressure")->note;
+    EXPECT_EQ(section.find("profile_le")->decision, Decision::accept);
+    EXPECT_TRUE(section.find("le_radius")->value) << section.find("le_radius")->note;
+    EXPECT_FALSE(section.find("max_thickness")->value) << "the thickest place lies in the gap";
+    EXPECT_NE(section.find("max_thickness")->note.find("gap"), std::string::npos);
+    EXPECT_EQ(part.verdict(), Decision::undecided);
+    const auto reasons = verdict_reasons(part);
+    ASSERT_EQ(reasons.size(), 1U);
+    EXPECT_NE(reasons[0].find("part of it was not"), std::string::npos) << reasons[0];
+}
+
+TEST(SectionGaps, WhatWasMeasuredRejects) {
+    const auto part = judged_without(on_suction_side, judged, {1}, 0.15);
+    EXPECT_EQ(part.sections[1].find("profile_suction")->decision, Decision::reject);
+    EXPECT_EQ(part.verdict(), Decision::reject);
+}
+
+TEST(SectionGaps, APartOfWhichNothingIsRequiredIsNotDone) {
+    const auto part = judged_without(on_suction_side, "");
+    EXPECT_EQ(part.sections[0].decision(), Decision::reported);
+    EXPECT_EQ(part.sections[1].decision(), Decision::undecided);
+    const auto reasons = verdict_reasons(part);
+    ASSERT_EQ(reasons.size(), 1U);
+    EXPECT_NE(reasons[0].find("were not measured"), std::string::npos) << reasons[0];
+}
+
+TEST(SectionGaps, FilesAndPicturesShowNothingThere) {
+    const auto part = judged_without(on_suction_side, judged);
+    const SectionResult& section = part.sections[1];
+    const auto& contour = section.fit->contour;
+    const auto measured = std::count_if(contour.begin(), contour.end(), [](const auto& p) { return p.measured; });
+    EXPECT_LT(measured, static_cast<std::ptrdiff_t>(contour.size()));
+    EXPECT_EQ(count_of(section_csv(section), "\n"), static_cast<std::size_t>(measured) + 1);
+    const std::string json = result_json(part);
+    EXPECT_NE(json.find("\"contour_points\": " + std::to_string(measured)), std::string::npos);
+    EXPECT_EQ(count_of(json, "\"from_mm\""), 1U);
+    EXPECT_NE(report_html(part).find("1 gap of"), std::string::npos);
+}
+
+/// The lean of a section with a wide gap is that of the sections beside it: 15 um and more are taken off.
+TEST(SectionGaps, WithAWideGapTheLeanComesFromTheOthers) {
+    const auto part = judged_without(on_suction_side, judged);
+    const auto two = judged_without([](const auto&, const auto&) { return true; }, judged);
+    const SectionResult& section = part.sections[1];
+    ASSERT_TRUE(section.closed()) << section.why;
+    EXPECT_EQ(section.compensation.state, Compensation::State::final) << section.compensation.note;
+    double largest = 0.0;
+    for (std::size_t i = 0; i < section.deviation_mm.size(); ++i)
+        if (section.deviation_mm[i]) largest = std::max(largest, std::abs(*section.deviation_mm[i]));
+    EXPECT_LT(largest, 0.002);
+    // It tells the others nothing: they are what two sections alone are.
+    for (const std::size_t other : {0U, 2U}) {
+        const SectionResult &with = part.sections[other], &alone = two.sections[other];
+        ASSERT_EQ(with.fit->contour.size(), alone.fit->contour.size());
+        for (std::size_t i = 0; i < with.fit->contour.size(); ++i)
+            EXPECT_EQ(with.fit->contour[i].position_mm, alone.fit->contour[i].position_mm);
+    }
+}
+
+TEST(SectionGaps, WithoutAnySectionAllRoundTheOffsetStaysInThePlane) {
+    const auto part = judged_without(on_suction_side, judged, {0, 1, 2});
+    for (const SectionResult& section : part.sections) {
+        ASSERT_TRUE(section.closed()) << section.why;
+        EXPECT_EQ(section.compensation.state, Compensation::State::flat);
+        EXPECT_NE(section.compensation.note.find("no other section"), std::string::npos) << section.compensation.note;
+        EXPECT_TRUE(section.find("le_radius")->value);
+    }
+}
+
+TEST(SectionGaps, WithoutAnEdgeASectionIsOpen) {
+    const auto part = judged_without(round_the_te, judged);
+    EXPECT_FALSE(part.sections[1].closed());
+    EXPECT_NE(part.sections[1].why.find("open, nothing was measured between"), std::string::npos)
+        << part.sections[1].why;
+    EXPECT_TRUE(part.sections[0].closed());
+    EXPECT_EQ(part.verdict(), Decision::undecided);
+}
+
+}  // namespace
+}  // namespace cmm::acquisition

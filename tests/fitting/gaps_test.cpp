@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Stretches that nobody measured: found wherever the scan begins, bridged for the curve's sake, never shown as
+/// measured.
+#include "fitting/gaps.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "fitting/section.hpp"
+#include "support/families.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+/// A scan of a blade without the points that `missing` names by their parameter on the outline.
+struct PartialScan {
+    families::Blade blade;
+    std::vector<Vec2> points;
+    SectionOptions options;
+
+    PartialScan(families::Family family, const std::function<bool(double)>& missing, double sigma_mm = 1e-3,
+                std::uint64_t seed = 1)
+        : blade(families::make(family, 3)) {
+        families::ScanOptions scanning;
+        scanning.sigma_mm = sigma_mm;
+        scanning.bad_share = sigma_mm > 0.0 ? 0.015 : 0.0;
+        scanning.seed = seed;
+        const auto scan = families::scan(blade, scanning);
+        for (std::size_t i = 0; i < scan.points.size(); ++i)
+            if (!missing(scan.t[i])) points.push_back(scan.points[i]);
+        options.le_hint = blade.le().nose;
+        options.te_hint = blade.te().nose;
+    }
+    SectionFit fit() const {
+        auto fit = fit_section(points, {}, options);
+        EXPECT_TRUE(fit) << fit.error().text();
+        return fit ? std::move(*fit) : SectionFit{};
+    }
+};
+
+bool nothing(double) {
+    return false;
+}
+/// Two fifths of the way along the suction side, a tenth of it long.
+bool on_suction_side(double t) {
+    return t > 3.4 && t < 3.5;
+}
+/// Parts are LE, pressure side, TE, suction side: all of the TE and an eighth of either side.
+bool round_the_te(double t) {
+    return t > 1.875 && t < 3.125;
+}
+
+double unmeasured_share(const SectionFit& fit) {
+    const auto count = std::count_if(fit.contour.begin(), fit.contour.end(), [](const auto& p) { return !p.measured; });
+    return static_cast<double>(count) / static_cast<double>(fit.contour.size());
+}
+
+/// Of what is shown as measured, mm.
+double largest_error(const families::Blade& blade, const SectionFit& fit) {
+    double largest = 0.0;
+    for (const auto& p : fit.contour)
+        if (p.measured) largest = std::max(largest, std::abs(blade.distance(p.position_mm)));
+    return largest;
+}
+
+TEST(Gaps, AScanAllRoundHasNone) {
+    for (const auto family : families::all_families)
+        for (std::uint64_t seed = 1; seed <= 40; ++seed)
+            EXPECT_EQ(unmeasured_share(PartialScan(family, nothing, 1e-3, seed).fit()), 0.0)
+                << families::to_string(family) << " " << seed;
+}
+
+TEST(Gaps, WhatIsMissingIsNotMeasuredAndTheRestIsAsGood) {
+    for (const auto family : families::all_families) {
+        SCOPED_TRACE(families::to_string(family));
+        const PartialScan partial(family, on_suction_side);
+        const auto fit = partial.fit();
+        for (const auto& p : fit.contour) {
+            const double t = partial.blade.closest(p.position_mm).t;
+            const bool inside = t > 3.405 && t < 3.495, away = t < 3.36 || t > 3.54;  // four points on either side
+            EXPECT_FALSE(inside && p.measured) << t;
+            EXPECT_FALSE(away && !p.measured) << t;
+        }
+        EXPECT_LT(largest_error(partial.blade, fit), 4e-3);
+    }
+}
+
+/// The gap is one wherever the scan begins, also where it begins behind the gap and ends before it.
+TEST(Gaps, ItDoesNotMatterWhereTheScanBegins) {
+    PartialScan partial(families::Family::turbine, on_suction_side);
+    const auto reference = partial.fit();
+    for (const std::size_t turned : {1U, 100U, 250U, 400U}) {
+        auto& points = partial.points;
+        std::rotate(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(turned), points.end());
+        const auto fit = partial.fit();
+        ASSERT_EQ(fit.contour.size(), reference.contour.size());
+        for (std::size_t i = 0; i < fit.contour.size(); ++i) {
+            EXPECT_LT((fit.contour[i].position_mm - reference.contour[i].position_mm).norm(), 1e-9);
+            EXPECT_EQ(fit.contour[i].measured, reference.contour[i].measured);
+        }
+    }
+}
+
+/// Nothing tells the way round an edge: wherever the scan begins, and however sparse the sides beside it are.
+TEST(Gaps, AnEdgeThatWasNotMeasuredLeavesTheSectionOpen) {
+    const std::function<bool(double)> edges[] = {round_the_te, [](double t) { return t > 2.0 && t < 3.0; },
+                                                 [](double t) { return t < 1.0; }};
+    for (const auto family : families::all_families)
+        for (const auto& missing : edges) {
+            SCOPED_TRACE(families::to_string(family));
+            PartialScan partial(family, missing);
+            for (int turned = 0; turned < 3; ++turned) {
+                const auto fit = fit_section(partial.points, {}, partial.options);
+                ASSERT_FALSE(fit);
+                EXPECT_EQ(fit.error().code, core::ErrorCode::fit_not_evaluable);
+                EXPECT_NE(fit.error().message.find("open, nothing was measured between"), std::string::npos)
+                    << fit.error().message;
+                std::rotate(partial.points.begin(), partial.points.begin() + 151, partial.points.end());
+            }
+        }
+}
+
+/// Wherever on a side it lies, also beside an edge, where what is missing cannot be told from the dense points alone.
+TEST(Gaps, ASideMayMissAnyStretch) {
+    for (const auto family : families::all_families)
+        for (const double begin : {1.05, 1.3, 1.6, 1.89, 3.01, 3.25, 3.7, 3.89})
+            for (const double width : {0.1, 0.25}) {
+                if (std::floor(begin + width) > std::floor(begin)) continue;
+                SCOPED_TRACE(families::to_string(family) + " " + std::to_string(begin) + " " + std::to_string(width));
+                const PartialScan partial(family, [&](double t) { return t > begin && t < begin + width; });
+                EXPECT_LT(largest_error(partial.blade, partial.fit()), 4e-3);
+            }
+}
+
+/// A bad point beside a gap has no witness beyond: what it does to the contour is not shown as measured.
+TEST(Gaps, BadPointsBesideAGapDoNoHarm) {
+    for (const auto family : families::all_families)
+        for (const double off_mm : {0.03, 0.1, -0.3})
+            for (const std::size_t count : {1U, 2U, 3U}) {
+                SCOPED_TRACE(families::to_string(family) + " " + std::to_string(off_mm) + " " + std::to_string(count));
+                PartialScan partial(family, on_suction_side);
+                auto& points = partial.points;
+                std::vector<Vec2> sorted = points;
+                // Nearest to where the gap begins.
+                const Vec2 end = partial.blade.ball_centre(3.4, 1.0);
+                std::sort(sorted.begin(), sorted.end(),
+                          [&](const Vec2& a, const Vec2& b) { return (a - end).norm() < (b - end).norm(); });
+                for (std::size_t i = 0; i < count; ++i) {
+                    Vec2& bad = *std::find(points.begin(), points.end(), sorted[i]);
+                    bad += off_mm * partial.blade.at(partial.blade.closest(bad).t).normal();
+                }
+                EXPECT_LT(largest_error(partial.blade, partial.fit()), 6e-3);
+            }
+}
+
+TEST(Gaps, AFewBadPointsInARowLeaveNone) {
+    PartialScan partial(families::Family::compressor, nothing);
+    for (std::size_t i = 300; i < 305; ++i)
+        partial.points[i] *= 1.01;
+    const auto fit = partial.fit();
+    EXPECT_GE(fit.rejected, 5U);
+    EXPECT_EQ(unmeasured_share(fit), 0.0);
+}
+
+/// Half of what a number rests on: the share says so.
+TEST(Gaps, NumbersSayHowMuchOfThemWasNotMeasured) {
+    const auto fit = PartialScan(families::Family::fan, on_suction_side).fit();
+    const auto unmeasured =
+        std::find_if(fit.contour.begin(), fit.contour.end(), [](const auto& p) { return !p.measured; });
+    ASSERT_NE(unmeasured, fit.contour.end());
+    Sensitivity both;
+    both.add(0, 1.0);
+    both.add(static_cast<std::size_t>(unmeasured - fit.contour.begin()), -1.0);
+    EXPECT_DOUBLE_EQ(fit.contour_noise.of(fit.contour, both).in_gaps, 0.5);
+    Sensitivity nose;
+    nose.add(0, 1.0);
+    EXPECT_EQ(fit.contour_noise.of(fit.contour, nose).in_gaps, 0.0);
+}
+
+TEST(Gaps, OneSideAloneIsOpen) {
+    const PartialScan partial(families::Family::turbine, [](double t) { return t < 3.0; });
+    const auto fit = fit_section(partial.points, {}, partial.options);
+    ASSERT_FALSE(fit);
+    EXPECT_NE(fit.error().message.find("open"), std::string::npos) << fit.error().message;
+}
+
+}  // namespace
+}  // namespace cmm::fitting
