@@ -16,7 +16,6 @@ using fitting::ContourPoint;
 
 /// Sections that a growing surface is made of: what lies below them says nothing of the lean at its top.
 constexpr std::size_t most_growing = 32;
-constexpr double most_bridged_share = 0.05;  // of a section that the surface is made of
 
 std::vector<Eigen::Vector2d> positions(const std::vector<ContourPoint>& contour) {
     std::vector<Eigen::Vector2d> points;
@@ -70,15 +69,10 @@ bool PartJudge::has_ball_to_take_off(const Judged& judged) {
 
 /// What a gap bridges tells nothing of the lean: the surface is made of sections that miss little, and none of an edge.
 bool PartJudge::tells_lean(const Judged& judged) {
-    const auto& contour = judged.in_plane().contour;
-    double bridged_mm = 0.0;
-    for (std::size_t i = 1; i < contour.size(); ++i) {
-        const ContourPoint &from = contour[i - 1], &to = contour[i];
-        if (from.measured && to.measured) continue;
-        if (to.zone == fitting::Zone::le || to.zone == fitting::Zone::te) return false;
-        bridged_mm += to.arc_length_mm - from.arc_length_mm;
-    }
-    return bridged_mm <= most_bridged_share * contour.back().arc_length_mm;
+    const fitting::SectionFit& flat = judged.in_plane();
+    return misses_little(flat) && std::none_of(flat.contour.begin(), flat.contour.end(), [](const ContourPoint& p) {
+               return !p.measured && (p.zone == fitting::Zone::le || p.zone == fitting::Zone::te);
+           });
 }
 
 fitting::CentreRow PartJudge::centre_row(const Judged& judged) {

@@ -206,7 +206,17 @@ Decision SectionResult::decision() const {
     const bool accepted = std::any_of(characteristics.begin(), characteristics.end(),
                                       [](const Characteristic& c) { return c.decision == Decision::accept; });
     if (accepted) return Decision::accept;
-    return gaps().empty() ? Decision::reported : Decision::undecided;
+    return misses_little(*fit) ? Decision::reported : Decision::undecided;
+}
+
+bool misses_little(const fitting::SectionFit& fit) {
+    constexpr double most_missing_share = 0.05;
+    double missing_mm = 0.0;
+    for (std::size_t i = 1; i < fit.contour.size(); ++i) {
+        const fitting::ContourPoint &from = fit.contour[i - 1], &to = fit.contour[i];
+        if (!from.measured || !to.measured) missing_mm += to.arc_length_mm - from.arc_length_mm;
+    }
+    return missing_mm <= most_missing_share * fit.contour.back().arc_length_mm;
 }
 
 std::string name_of(const PartCharacteristic& c) {

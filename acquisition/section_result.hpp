@@ -145,8 +145,8 @@ struct SectionResult {
     const Characteristic* find(std::string_view characteristic_name) const;
     /// By the best fit of these zones; nullptr: there is none.
     const SectionPlacement* placement(const ZoneSet& zones) const;
-    /// Worst decision of its requirements: reject, undecided, accept; `reported` when it has none and was measured all
-    /// round.
+    /// Worst decision of its requirements: reject, undecided, accept; `reported` when it has none and misses
+    /// little.
     Decision decision() const;
 };
 
@@ -154,6 +154,9 @@ struct SectionResult {
 /// (k = 2); and with what machine, probe and temperature add.
 double scatter_u95_mm(const fitting::ContourPoint& point, const Alignment& alignment);
 double aligned_u95_mm(const fitting::ContourPoint& point, const Alignment& alignment);
+
+/// Whether at most a twentieth of the section lies in gaps.
+bool misses_little(const fitting::SectionFit& fit);
 
 /// A characteristic that needs several sections.
 struct PartCharacteristic {

@@ -14,6 +14,7 @@
 #include "bench/surface_rows.hpp"
 #include "core/rng.hpp"
 #include "fitting/bspline.hpp"
+#include "fitting/row_alignment.hpp"
 #include "fitting/surface_fit.hpp"
 #include "fitting/surface_index.hpp"
 #include "support/twisted_blade.hpp"
@@ -100,7 +101,7 @@ void write_rows(const MeasuredRows& data, const fitting::SurfaceFit& fit, const 
     breaks.push_back(fit.surface.u().back());
     peers::write(folder + "/surface.breaks_u", breaks, 1);
     const auto rows = data.fitted(true);
-    const fitting::RowAlignment alignment(rows);
+    const fitting::RowAlignment alignment(fitting::features_of(rows));
     std::vector<double> grid;
     for (std::size_t k = 0; k < rows.size(); ++k)
         for (const double u : breaks) {

@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::size_t local_steps = 8;  // steps on either side that tell how densely the points lie
 constexpr std::size_t bridge_points = 12;
-constexpr double bridge_sigma_share = 0.02;    // of the gap's width
-constexpr double least_gap_balls = 0.1;        // of the ball radius: what is narrower the ball sees from both sides
+constexpr double bridge_sigma_share = 0.02;  // of the gap's width
+constexpr double least_gap_balls = 0.25;     // of the ball radius: round what is narrower it turns by a quarter at most
 constexpr double most_bridged_turn_rad = 1.2;  // from before a gap to behind it: more is an edge
 constexpr double most_share = 0.3;             // of the way round
 

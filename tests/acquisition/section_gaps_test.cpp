@@ -90,6 +90,20 @@ TEST(SectionGaps, APartOfWhichNothingIsRequiredIsNotDone) {
     EXPECT_NE(reasons[0].find("were not measured"), std::string::npos) << reasons[0];
 }
 
+TEST(SectionGaps, WhereNothingIsRequiredASmallGapIsOnlyReported) {
+    for (const std::size_t missing : {0U, 4U, 6U}) {
+        SectionResult section;
+        section.fit.emplace().closed = true;
+        for (std::size_t i = 0; i <= 100; ++i) {
+            fitting::ContourPoint point;
+            point.arc_length_mm = 0.5 * static_cast<double>(i);
+            point.measured = i < 40 || i >= 40 + missing;
+            section.fit->contour.push_back(point);
+        }
+        EXPECT_EQ(section.decision(), missing < 6 ? Decision::reported : Decision::undecided) << missing;
+    }
+}
+
 TEST(SectionGaps, FilesAndPicturesShowNothingThere) {
     const auto part = judged_without(on_suction_side, judged);
     const SectionResult& section = part.sections[1];
