@@ -25,8 +25,11 @@ constexpr int deepest_patch = 5;
 // Splitting ends here whatever the bounds say: far below what the parameters resolve.
 constexpr double least_width = 1e-10;
 // Cells of the order in which scattered points are visited, per axis; fewer points are not worth a sort.
-constexpr double patch_grid_cells = 32.0;
+constexpr double patch_grid_cells = 32.0, cells_of_a_jump = 4.0;
 constexpr std::size_t cell_count = 32 * 32 * 32, least_to_sort = 512;
+// More than rounding to single precision does to a coordinate and to the square of a distance. Beyond `farthest_mm` it
+// would leave nothing: boxes then exclude nothing.
+constexpr double rounding_of_float = 0x1p-22, farthest_mm = 1e6;
 
 /// Gradient and second derivatives of |S - p|^2 / 2.
 struct Slope {
@@ -65,6 +68,14 @@ Step step_of(const Slope& s, bool free_u, bool free_v) {
     if (free_u) return {s.huu > 0.0 ? -s.gu / s.huu : 0.0, 0.0};
     if (free_v) return {0.0, s.hvv > 0.0 ? -s.gv / s.hvv : 0.0};
     return {};
+}
+
+float float_below(double value) {
+    return static_cast<float>(value - rounding_of_float * std::abs(value));
+}
+
+float float_above(double value) {
+    return static_cast<float>(value + rounding_of_float * std::abs(value));
 }
 
 template <class Item>
@@ -146,14 +157,14 @@ void SurfaceIndex::build_tree() {
         std::vector<Vec3> next_low(groups.size(), Vec3::Constant(no_bound)), next_high(groups.size(), -next_low[0]);
         for (Group& group : groups)
             for (int axis = 0; axis < 3; ++axis) {
-                group.low[axis].setConstant(no_bound);
-                group.high[axis].setConstant(-no_bound);
+                group.low[axis].setConstant(std::numeric_limits<float>::infinity());
+                group.high[axis].setConstant(-std::numeric_limits<float>::infinity());
             }
         for (std::size_t k = 0; k < low.size(); ++k) {
             const std::size_t g = k / group_size;
             for (int axis = 0; axis < 3; ++axis) {
-                groups[g].low[axis][static_cast<int>(k % group_size)] = low[k][axis];
-                groups[g].high[axis][static_cast<int>(k % group_size)] = high[k][axis];
+                groups[g].low[axis][static_cast<int>(k % group_size)] = float_below(low[k][axis]);
+                groups[g].high[axis][static_cast<int>(k % group_size)] = float_above(high[k][axis]);
             }
             next_low[g] = next_low[g].cwiseMin(low[k]);
             next_high[g] = next_high[g].cwiseMax(high[k]);
@@ -170,7 +181,7 @@ void SurfaceIndex::Best::take(const SurfaceFoot& found, bool minimum) {
     stationary = minimum;
     distance = std::sqrt(found.squared);
     limit = distance - indifferent_foot_mm - indifferent_share * distance;
-    limit_squared = limit > 0.0 ? limit * limit : 0.0;
+    limit_squared = limit > 0.0 ? static_cast<float>(limit * limit * (1.0 + 8.0 * rounding_of_float)) : 0.0F;
 }
 
 SurfaceFoot SurfaceIndex::closest(const Vec3& p, const std::optional<SurfacePlace>& hint, SearchCost* cost) const {
@@ -179,7 +190,7 @@ SurfaceFoot SurfaceIndex::closest(const Vec3& p, const std::optional<SurfacePlac
     if (hint)
         if (const auto foot = newton_foot(surface_, p, *hint, &best.cost)) best.take(*foot, true);
     const double by_newton = best.distance;
-    search(p, levels_.size() - 1, 0, best);
+    search(p, Rounded(p), levels_.size() - 1, 0, best);
     settle(p, best);
     if (cost != nullptr) {
         cost->steps += best.cost.steps;
@@ -190,12 +201,21 @@ SurfaceFoot SurfaceIndex::closest(const Vec3& p, const std::optional<SurfacePlac
     return best.foot;
 }
 
-void SurfaceIndex::search(const Vec3& p, std::size_t level, std::size_t group, Best& best) const {
+SurfaceIndex::Rounded::Rounded(const Vec3& p) {
+    const bool far = p.cwiseAbs().maxCoeff() > farthest_mm;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double at = p[static_cast<Eigen::Index>(axis)];
+        low[axis] = far ? -std::numeric_limits<float>::infinity() : float_below(at);
+        high[axis] = far ? std::numeric_limits<float>::infinity() : float_above(at);
+    }
+}
+
+void SurfaceIndex::search(const Vec3& p, const Rounded& rounded, std::size_t level, std::size_t group,
+                          Best& best) const {
     const Group& boxes = levels_[level][group];
-    using Eight = Eigen::Array<double, group_size, 1>;
-    Eight squared = Eight::Zero();
-    for (int axis = 0; axis < 3; ++axis) {
-        const Eight away = (boxes.low[axis] - p[axis]).max(p[axis] - boxes.high[axis]).max(0.0);
+    Lanes squared = Lanes::Zero();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const Lanes away = (boxes.low[axis] - rounded.high[axis]).max(rounded.low[axis] - boxes.high[axis]).max(0.0F);
         squared += away * away;
     }
     // Those that matter, without a branch for each; then the nearest of them first.
@@ -214,7 +234,7 @@ void SurfaceIndex::search(const Vec3& p, std::size_t level, std::size_t group, B
         left[nearest] = left[--count];
         const std::size_t index = group_size * group + static_cast<std::size_t>(box);
         if (level > 0)
-            search(p, level - 1, index, best);
+            search(p, rounded, level - 1, index, best);
         else
             visit(p, patches_[index], best);
     }
@@ -314,6 +334,10 @@ std::vector<std::uint32_t> SurfaceIndex::neighbours_first(std::span<const Vec3> 
     low.array() -= margin;
     const Vec3 scale = (patch_grid_cells / (high.array() + margin - low.array()));
     std::vector<std::uint16_t> cell(points.size());
+    std::size_t jumps = 0;
+    for (std::size_t i = 1; i < points.size(); ++i)
+        jumps += !((points[i] - points[i - 1]).cwiseProduct(scale).cwiseAbs().maxCoeff() < cells_of_a_jump);
+    if (jumps < points.size() / 4) return {};
     for (std::size_t i = 0; i < points.size(); ++i) {
         std::uint32_t index = 0;
         for (const int axis : {2, 1, 0}) {
@@ -328,11 +352,15 @@ std::vector<std::uint32_t> SurfaceIndex::neighbours_first(std::span<const Vec3> 
 
 void SurfaceIndex::closest(std::span<const Vec3> points, std::span<SurfaceFoot> feet, SearchCost* cost) const {
     const std::vector<std::uint32_t> order = neighbours_first(points);
-    std::optional<SurfacePlace> hint;
+    std::optional<SurfacePlace> last, hint;
     for (std::size_t k = 0; k < points.size(); ++k) {
         const std::size_t i = order.empty() ? k : order[k];
         feet[i] = closest(points[i], hint, cost);
-        hint = feet[i].place;
+        const SurfacePlace& now = feet[i].place;
+        hint = now;
+        // A scan goes on as it went.
+        if (last && order.empty()) hint = SurfacePlace{2.0 * now.u - last->u, 2.0 * now.v - last->v};
+        last = now;
     }
 }
 

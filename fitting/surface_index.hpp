@@ -51,8 +51,15 @@ class SurfaceIndex {
 
   private:
     static constexpr std::size_t group_size = 8;
+    /// Boxes in single precision, which twice as many lanes hold, rounded outwards.
+    using Lanes = Eigen::Array<float, group_size, 1>;
     struct Group {
-        Eigen::Array<double, group_size, 1> low[3], high[3];
+        Lanes low[3], high[3];
+    };
+    /// A point in single precision lies between these.
+    struct Rounded {
+        explicit Rounded(const Vec3& p);
+        std::array<float, 3> low, high;
     };
     struct Undecided {
         double least;
@@ -62,7 +69,8 @@ class SurfaceIndex {
     struct Best {
         SurfaceFoot foot;
         double distance = nothing_yet;
-        double limit = nothing_yet, limit_squared = nothing_yet;  // what is not nearer than this does not matter
+        double limit = nothing_yet;                                    // what is not nearer than this does not matter
+        float limit_squared = std::numeric_limits<float>::infinity();  // nor a box that is not, rounding included
         bool stationary = false;  // the foot is a minimum of its own, not the end of a patch
         SearchCost cost = {};
         std::vector<Undecided> undecided = {};  // a heap, the nearest first
@@ -71,7 +79,7 @@ class SurfaceIndex {
     void add_patches(const PatchDomain& domain, int depth);
     void build_tree();
     std::vector<std::uint32_t> neighbours_first(std::span<const Vec3> points) const;
-    void search(const Vec3& p, std::size_t level, std::size_t group, Best& best) const;
+    void search(const Vec3& p, const Rounded& rounded, std::size_t level, std::size_t group, Best& best) const;
     void visit(const Vec3& p, const PatchBounds& patch, Best& best) const;
     void settle(const Vec3& p, Best& best) const;
     void sound(const Vec3& p, const PatchDomain& domain, Best& best) const;
