@@ -74,6 +74,7 @@ ArcLength::ArcLength(const PiecewiseCubic& curve) {
     }
     first_cell_.push_back(cells_.size());
     cells_.push_back({breaks.back(), s, 0.0, 0.0, spans});
+    cells_.shrink_to_fit();
     const std::size_t buckets = cells_.size();
     buckets_per_mm_ = static_cast<double>(buckets) / s;
     bucket_.reserve(buckets + 1);

@@ -115,6 +115,11 @@ class BandChain {
     }
     const Row& inverse(std::size_t i) const { return inverse_[i]; }
     const Border& inverse_edge(std::size_t i) const { return edges_[i]; }
+    /// Until the next `invert`: gives its memory back.
+    void forget_inverse() {
+        inverse_ = {};
+        edges_ = {};
+    }
 
   private:
     template <class Item>

@@ -92,6 +92,11 @@ class BandSolver {
         for (std::size_t i = 0; i < inverse.size(); ++i)
             inverse[i] = chain_.inverse(i);
     }
+    /// What `invert` needed: gives its memory back.
+    void forget_inverse() {
+        chain_.forget_inverse();
+        ring_.forget_inverse();
+    }
 
   private:
     bool cyclic_ = false;

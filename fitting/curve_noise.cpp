@@ -3,25 +3,27 @@
 #include <cmath>
 #include <utility>
 
+#include "fitting/cubic_basis.hpp"
 #include "fitting/smoothing.hpp"
 
 namespace cmm::fitting {
-CurveNoise::CurveNoise(std::vector<double> breaks, std::vector<CubicBasis> bases,
-                       std::vector<std::array<double, 4>> covariance, std::shared_ptr<const BandSolver<4>> normal,
-                       double sigma_mm)
-    : breaks_(std::move(breaks)),
-      bases_(std::move(bases)),
+
+CurveNoise::CurveNoise(std::vector<double> knots, std::vector<std::array<double, 4>> covariance,
+                       std::shared_ptr<const BandSolver<4>> normal, double sigma_mm)
+    : knots_(std::move(knots)),
       covariance_(std::move(covariance)),
       normal_(std::move(normal)),
       point_sigma_mm_(sigma_mm) {}
 
 std::size_t CurveNoise::span_of(double t) const {
-    const auto above = std::upper_bound(breaks_.begin() + 1, breaks_.end() - 1, t);
-    return static_cast<std::size_t>(above - breaks_.begin()) - 1;
+    const auto breaks = std::span(knots_).subspan(3, controls() + 1);
+    const auto above = std::upper_bound(breaks.begin() + 1, breaks.end() - 1, t);
+    return static_cast<std::size_t>(above - breaks.begin()) - 1;
 }
 
 std::array<double, 4> CurveNoise::basis_at(std::size_t span, double t) const {
-    return bases_[span].at(std::clamp((t - breaks_[span]) / (breaks_[span + 1] - breaks_[span]), 0.0, 1.0));
+    const double low = knots_[span + 3], high = knots_[span + 4];
+    return cubic_basis(&knots_[span + 1]).at(std::clamp((t - low) / (high - low), 0.0, 1.0));
 }
 
 double CurveNoise::sigma_mm(double t) const {

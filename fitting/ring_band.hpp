@@ -139,6 +139,8 @@ class RingBand {
                 }
     }
 
+    void forget_inverse() { chain_.forget_inverse(); }
+
   private:
     using Pair = double __attribute__((vector_size(16)));
     using Chain = BandChain<Pair, W>;

@@ -9,7 +9,6 @@
 
 #include "core/error.hpp"
 #include "fitting/band_solver.hpp"
-#include "fitting/cubic_basis.hpp"
 #include "fitting/spline.hpp"
 
 namespace cmm::fitting {
@@ -19,8 +18,9 @@ namespace cmm::fitting {
 class CurveNoise {
   public:
     CurveNoise() = default;
-    /// `normal` is factored; the covariance of the controls is its inverse times the square of sigma_mm.
-    CurveNoise(std::vector<double> breaks, std::vector<CubicBasis> bases, std::vector<std::array<double, 4>> covariance,
+    /// `knots`: the breaks with three more at either end, round the curve. `normal` is factored; the covariance of the
+    /// controls is its inverse times the square of sigma_mm.
+    CurveNoise(std::vector<double> knots, std::vector<std::array<double, 4>> covariance,
                std::shared_ptr<const BandSolver<4>> normal, double sigma_mm);
 
     /// Standard deviation in mm of the curve at parameter t, across the curve; t within the period.
@@ -37,8 +37,7 @@ class CurveNoise {
     std::size_t span_of(double t) const;
     std::array<double, 4> basis_at(std::size_t span, double t) const;
 
-    std::vector<double> breaks_;
-    std::vector<CubicBasis> bases_;
+    std::vector<double> knots_;
     std::vector<std::array<double, 4>> covariance_;  // of controls k and k ... k + 3, round the end, mm^2
     std::shared_ptr<const BandSolver<4>> normal_;
     double point_sigma_mm_ = 0.0;

@@ -419,10 +419,9 @@ CurveNoise SmoothingSystem::noise(double doubt) && {
     for (std::size_t k = 0; k < spans_; ++k)
         for (std::size_t m = 0; m < 4; ++m)
             covariance[k][m] = sigma_ * sigma_ * inverse_[k][m];
-    std::vector<CubicBasis> bases;
-    for (std::size_t k = 0; k < spans_; ++k)
-        bases.push_back(least_squares_.basis(k));
-    return CurveNoise(std::move(breaks_), std::move(bases), std::move(covariance),
+    normal_.forget_inverse();
+    const auto knots = least_squares_.knots();
+    return CurveNoise({knots.begin(), knots.end()}, std::move(covariance),
                       std::make_shared<const BandSolver<4>>(std::move(normal_)), sigma_);
 }
 
