@@ -171,7 +171,10 @@ class DmisDocument {
                                with_commas({at.x(), at.y(), section.z_mm, 0.0, 0.0, 1.0}));
             };
             if (!section.nominal_contour.empty()) curve("F", centre_of_area(section.nominal_contour));
-            curve("FA", centre_of_area(contour));
+            if (section.gaps().empty())
+                curve("FA", centre_of_area(contour));
+            else
+                out_.remark("section " + number + ": a part of it was not measured, hence it has no middle");
             edge("LE_" + number, section.fit->le, section.z_mm);
             edge("TE_" + number, section.fit->te, section.z_mm);
         }

@@ -115,6 +115,9 @@ TEST(SectionGaps, FilesAndPicturesShowNothingThere) {
     EXPECT_NE(json.find("\"contour_points\": " + std::to_string(measured)), std::string::npos);
     EXPECT_EQ(count_of(json, "\"from_mm\""), 1U);
     EXPECT_NE(report_html(part).find("1 gap of"), std::string::npos);
+    const std::string dmis = dmis_output(part);
+    EXPECT_NE(dmis.find("FA(SECT_0)"), std::string::npos);
+    EXPECT_EQ(dmis.find("FA(SECT_1)"), std::string::npos);
 }
 
 /// The lean of a section with a wide gap is that of the sections beside it: 15 um and more are taken off.
