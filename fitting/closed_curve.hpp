@@ -31,7 +31,8 @@ struct ClosestPoint {
 };
 
 /// A closed C2 curve, always counter-clockwise, by arc length in [0, length): the periodic cubic spline through given
-/// points (cumulative chord lengths), or any periodic PiecewiseCubic. Immutable after construction, any thread,
+/// points (cumulative chord lengths), or any periodic PiecewiseCubic. Immutable after construction (and
+/// `note_clearances`), any thread,
 /// millimetres.
 class ClosedCurve {
   public:
@@ -41,6 +42,9 @@ class ClosedCurve {
     static core::Result<ClosedCurve> through(std::span<const Vec2> points);
     /// A periodic spline that runs counter-clockwise already.
     explicit ClosedCurve(PiecewiseCubic spline);
+
+    /// For a curve that many points near it will be compared with: ClosestPointIndex::note_clearances.
+    void note_clearances() { nearest_.note_clearances(); }
 
     double length() const { return arc_.total(); }
     double area() const { return area_; }

@@ -105,6 +105,7 @@ CurveFoot ClosestPointIndex::closest(const Vec2& point, std::size_t hint) const 
             visit(point, leaf, best);
             if (best.leaf != leaf) break;
         }
+        if (is_clear(best)) return foot_of(best);
     }
     for (std::size_t group = 0; group < levels_.back().size(); ++group)
         search(point, levels_.size() - 1, group, hint, best);

@@ -28,6 +28,10 @@ class ClosestPointIndex {
     ClosestPointIndex() = default;
     explicit ClosestPointIndex(const PiecewiseCubic& curve);
 
+    /// For many points near a closed curve whose tangent does not jump: how near a foot must be to be the nearest,
+    /// whatever the rest of the curve does, is noted for each span. Takes as long as as many questions as spans.
+    void note_clearances();
+
     /// `hint` is a span near the foot, e.g. that of the point before. A point that is not finite gets the curve's
     /// start and an infinite squared distance.
     CurveFoot closest(const Vec2& point, std::size_t hint = 0) const;
@@ -87,6 +91,11 @@ class ClosestPointIndex {
     void visit(std::size_t leaf, unsigned lanes, Block& block) const;
     CurveFoot foot_of(const Best& best) const;
 
+    bool is_clear(const Best& best) const {
+        return !clear_squared_.empty() && best.w > 0.0 && best.w < 1.0 && best.squared < clear_squared_[best.leaf];
+    }
+    double squared_apart(std::size_t leaf, double most) const;
+
     void set_box(std::vector<Group>& groups, std::size_t at, const Vec2& low, const Vec2& high) const;
     void search(const Vec2& point, std::size_t level, std::size_t group, std::size_t skip, Best& best) const;
     void visit(const Vec2& point, std::size_t leaf, Best& best) const;
@@ -96,6 +105,7 @@ class ClosestPointIndex {
 
     std::vector<Leaf> leaves_;
     std::vector<std::vector<Group>> levels_;  // levels_[0] holds the boxes of the spans; the last has one or two groups
+    std::vector<double> clear_squared_;  // by span, once noted: a foot inside it that is nearer is the nearest of all
 };
 
 }  // namespace cmm::fitting

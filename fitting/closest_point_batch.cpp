@@ -50,12 +50,13 @@ std::size_t ClosestPointIndex::Trail::next(std::size_t spans) const {
     return static_cast<std::size_t>(at - n * std::floor(at / n)) % spans;
 }
 
-/// Points that run along a curve of short spans are searched one by one, each from where it is expected.
+/// Points that run along a curve of short spans, or of known clearances, are searched one by one, each from where it is
+/// expected.
 std::array<CurveFoot, 8> ClosestPointIndex::follow(const Eight& points, Trail& trail) const {
     const std::size_t spans = leaves_.size();
     std::array<CurveFoot, 8> feet{};
     if (spans == 0) return feet;
-    if (std::abs(trail.step) < farthest_in_a_block) {
+    if (clear_squared_.empty() && std::abs(trail.step) < farthest_in_a_block) {
         feet = closest(points, trail.span);
     } else {
         for (std::size_t k = 0; k < feet.size(); ++k) {

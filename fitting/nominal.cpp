@@ -36,6 +36,7 @@ core::Result<NominalSection> analyse_nominal(std::span<const Vec2> points, const
     if (!curve) return tl::unexpected(curve.error());
     NominalSection nominal;
     nominal.curve_ = std::move(*curve);
+    nominal.curve_.note_clearances();  // contours lie near it
     const auto samples =
         offset_curve(nominal.curve_.spline(), 0.0, std::max<std::size_t>(2000, 4 * points.size())).points;
     const auto edges = find_edges(samples, options.le_hint, options.te_hint);
