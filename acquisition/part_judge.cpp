@@ -15,7 +15,7 @@ namespace {
 using fitting::ContourPoint;
 
 /// Sections that a growing surface is made of: what lies below them says nothing of the lean at its top.
-constexpr std::size_t most_growing = 32;
+constexpr std::size_t most_growing = 16;
 
 std::vector<Eigen::Vector2d> positions(const std::vector<ContourPoint>& contour) {
     std::vector<Eigen::Vector2d> points;
