@@ -173,13 +173,9 @@ std::string summary_of(const SectionResult& section) {
     text += compensation_text(section.compensation);
     if (section.alignment.spec.kind == AlignmentKind::section || section.alignment.state == Alignment::State::refused)
         text += ", alignment " + alignment_words(section.alignment);
-    double bridged_mm = 0.0;
-    const auto gaps = section.gaps();
-    for (const auto& gap : gaps)
-        bridged_mm += gap.length_mm;
-    if (!gaps.empty())
-        text += ", " + std::to_string(gaps.size()) + (gaps.size() == 1 ? " gap" : " gaps") + " of " +
-                core::length_text(bridged_mm) + " in which nothing was measured";
+    if (const std::size_t gaps = section.gaps().size(); gaps > 0)
+        text += ", " + std::to_string(gaps) + (gaps == 1 ? " gap" : " gaps") + " of " +
+                core::length_text(section.missing_mm()) + " in which nothing was measured";
     if (const auto count = section.not_reached(); count > 0)
         text += ", the ball does not reach " + std::to_string(count) + " of " +
                 std::to_string(section.fit->contour.size()) + " contour points";

@@ -88,10 +88,7 @@ NotAccepted not_accepted(std::span<const Characteristic> all) {
 }
 
 std::string gaps_text(const SectionResult& section) {
-    double length_mm = 0.0;
-    for (const auto& gap : section.gaps())
-        length_mm += gap.length_mm;
-    return core::length_text(length_mm) + " of it were not measured";
+    return core::length_text(section.missing_mm()) + " of it were not measured";
 }
 
 /// Why a section is rejected, or else why it is open; empty when it is neither.
@@ -163,6 +160,13 @@ std::vector<ContourGap> SectionResult::gaps() const {
         out.push_back(gap);
     }
     return out;
+}
+
+double SectionResult::missing_mm() const {
+    double length_mm = 0.0;
+    for (const ContourGap& gap : gaps())
+        length_mm += gap.length_mm;
+    return length_mm;
 }
 
 double SectionResult::deviation_u95_mm(std::size_t point) const {

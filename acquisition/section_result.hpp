@@ -140,6 +140,8 @@ struct SectionResult {
     std::size_t not_reached() const;
     /// Stretches of the contour that were not measured, in its order; one may run over its first point.
     std::vector<ContourGap> gaps() const;
+    /// Length of all gaps.
+    double missing_mm() const;
     /// U95 of the deviation at a contour point, with that of the alignment.
     double deviation_u95_mm(std::size_t point) const;
     const Characteristic* find(std::string_view characteristic_name) const;

@@ -22,6 +22,7 @@ namespace {
 using core::ErrorCode;
 
 constexpr double spread_by_turning = 0.25;  // of the contour points that are spread by turning, the rest by length
+constexpr double least_measured = 0.25;     // share of a contour, by which its points become more at most
 
 class ContourBuilder {
   public:
@@ -106,7 +107,7 @@ class ContourBuilder {
 
     /// Equal steps of a mixed measure of length and turning, from the LE nose on.
     void resample(const std::vector<OffsetPoint>& part, const std::vector<Zone>& zones, std::size_t first) {
-        const std::size_t n = part.size(), count = options_.contour_points;
+        const std::size_t n = part.size();
         const auto at = [&](std::size_t k) { return (first + k) % n; };
         std::vector<double> length(n + 1, 0.0), turn(n + 1, 0.0), measure(n + 1);
         for (std::size_t k = 0; k < n; ++k) {
@@ -116,10 +117,18 @@ class ContourBuilder {
         }
         for (std::size_t k = 0; k <= n; ++k)
             measure[k] = (1.0 - spread_by_turning) * length[k] / length[n] + spread_by_turning * turn[k] / turn[n];
+        const auto gaps = find_gaps(good_, options_);
+        const auto was_measured = [&](double t) {
+            return std::none_of(gaps.begin(), gaps.end(), [&](const Gap& gap) { return lies_in(gap, t); });
+        };
+        double missing = 0.0;  // share of the measure; the points asked for are those beside it
+        for (std::size_t k = 0; k < n && !gaps.empty(); ++k)
+            if (!was_measured(smooth_.curve.wrap(part[at(k)].t))) missing += measure[k + 1] - measure[k];
+        const auto count = static_cast<std::size_t>(
+            std::lround(static_cast<double>(options_.contour_points) / std::max(1.0 - missing, least_measured)));
         fit_.contour.resize(count);
         fit_.centre_curve.resize(count);
         const double offset_error = lean_error(options_.ball_radius_mm, options_.lean_rad).in_plane_mm;
-        const auto gaps = find_gaps(good_, options_);
         std::size_t k = 0;
         for (std::size_t i = 0; i < count; ++i) {
             const double wanted = static_cast<double>(i) / static_cast<double>(count);
@@ -136,7 +145,7 @@ class ContourBuilder {
             out.bound_mm = fit_.faired_mm;
             out.t = smooth_.curve.wrap(a.t);
             out.reached = !a.on_arc;
-            out.measured = std::none_of(gaps.begin(), gaps.end(), [&](const Gap& gap) { return lies_in(gap, out.t); });
+            out.measured = was_measured(out.t);
             fit_.centre_curve[i] = out;
             fit_.centre_curve[i].position_mm += options_.ball_radius_mm * out.normal;
             if (!surface_.empty()) take_surface(smooth_.curve.wrap(a.t), noise_uncertainty(a), out);

@@ -28,7 +28,7 @@ std::string_view to_string(RejectReason reason) noexcept;
 
 struct SectionOptions {
     double ball_radius_mm = 1.0;        ///< 0: the points lie on the part
-    std::size_t contour_points = 2400;  ///< at least 2000 in the files of the contract
+    std::size_t contour_points = 2400;  ///< that were measured; at least 2000 in the files of the contract
     double reject_floor_mm = 0.002;     ///< never reject below this residual; the noise asks for more from 0.4 um on
     double gap_factor = 8.0;            ///< a gap when the next point is this many local point spacings away
     std::optional<Eigen::Vector2d>

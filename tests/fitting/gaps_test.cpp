@@ -131,7 +131,11 @@ TEST(Gaps, ASideMayMissAnyStretch) {
                 if (std::floor(begin + width) > std::floor(begin)) continue;
                 SCOPED_TRACE(families::to_string(family) + " " + std::to_string(begin) + " " + std::to_string(width));
                 const PartialScan partial(family, [&](double t) { return t > begin && t < begin + width; });
-                EXPECT_LT(largest_error(partial.blade, partial.fit()), 4e-3);
+                const auto fit = partial.fit();
+                EXPECT_LT(largest_error(partial.blade, fit), 4e-3);
+                // As many points as of a section that was measured all round.
+                const double points = static_cast<double>(fit.contour.size()) * (1.0 - unmeasured_share(fit));
+                EXPECT_NEAR(points, static_cast<double>(SectionOptions().contour_points), 24.0);
             }
 }
 
