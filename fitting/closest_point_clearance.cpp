@@ -10,8 +10,8 @@ namespace cmm::fitting {
 namespace {
 
 // Spans to either side that belong to the same arc.
-constexpr std::size_t beside = 3;
-constexpr double most_turn_rad = 1.5;  // of that arc
+constexpr std::size_t spans_beside = 3;
+constexpr double most_arc_turn_rad = 1.5;  // of that arc
 
 /// Bounds of a span's curvature and length.
 struct Bend {
@@ -38,19 +38,19 @@ Bend bend_of(const Vec2& b, const Vec2& c, const Vec2& d) {
 void ClosestPointIndex::note_clearances() {
     const std::size_t n = leaves_.size();
     clear_squared_.assign(n, 0.0);
-    if (n < 2 * beside + 2) return;
+    if (n < 2 * spans_beside + 2) return;
     std::vector<Bend> bends;
     bends.reserve(n);
     for (const Leaf& leaf : leaves_)
         bends.push_back(bend_of(leaf.b, leaf.c, leaf.d));
     for (std::size_t k = 0; k < n; ++k) {
         double curvature = 0.0, length = 0.0;
-        for (std::size_t j = 0; j <= 2 * beside; ++j) {
-            const Bend& bend = bends[(k + n - beside + j) % n];
+        for (std::size_t j = 0; j <= 2 * spans_beside; ++j) {
+            const Bend& bend = bends[(k + n - spans_beside + j) % n];
             curvature = std::max(curvature, bend.curvature);
             length += bend.length_mm;
         }
-        if (!(curvature * length < most_turn_rad)) continue;
+        if (!(curvature * length < most_arc_turn_rad)) continue;
         // Where the curve is straight, the length of the arc is far enough.
         const double radius = std::min(1.0 / curvature, length);
         clear_squared_[k] = 0.25 * squared_apart(k, 4.0 * radius * radius);
@@ -75,7 +75,7 @@ double ClosestPointIndex::squared_apart(std::size_t leaf, double most) const {
                 again(again, level - 1, index);
             } else {
                 const std::size_t apart = index > leaf ? index - leaf : leaf - index;
-                if (std::min(apart, n - apart) > beside) best = squared;
+                if (std::min(apart, n - apart) > spans_beside) best = squared;
             }
         }
     };
