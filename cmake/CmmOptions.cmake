@@ -7,8 +7,6 @@ target_compile_options(cmm_options INTERFACE -Wall -Wextra -Wpedantic
     -Wnon-virtual-dtor -Wold-style-cast -Woverloaded-virtual -ffp-contract=off)
 # GCC 12 sees an overlap in "literal" + std::string (its bug 105651).
 target_compile_options(cmm_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
-# And takes the vector loop of Eigen, into which short vectors never get, for a step out of them.
-target_compile_options(cmm_options INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-array-bounds>)
 if(CMMLIVE_WERROR)
     target_compile_options(cmm_options INTERFACE -Werror)
 endif()
