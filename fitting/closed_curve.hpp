@@ -31,9 +31,8 @@ struct ClosestPoint {
 };
 
 /// A closed C2 curve, always counter-clockwise, by arc length in [0, length): the periodic cubic spline through given
-/// points (cumulative chord lengths), or any periodic PiecewiseCubic. Immutable after construction (and
-/// `note_clearances`), any thread,
-/// millimetres.
+/// points (cumulative chord lengths), or any periodic PiecewiseCubic. Immutable after construction and
+/// `note_clearances`, any thread, millimetres.
 class ClosedCurve {
   public:
     ClosedCurve() = default;
