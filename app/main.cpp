@@ -267,9 +267,24 @@ class CommandLine {
     cmm::app::ConfigOptions config_;
 };
 
+bool processor_suffices() {
+#ifdef __AVX2__
+    return __builtin_cpu_supports("avx2") != 0 && __builtin_cpu_supports("fma") != 0;
+#else
+    return true;
+#endif
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+    if (!processor_suffices()) {
+        std::fputs(
+            "cmmlive: built for processors with AVX2 and FMA, which this one has not; build it here, or with "
+            "-DCMMLIVE_CPU=baseline\n",
+            stderr);
+        return 70;
+    }
     (void)cmm::core::keep_freed_memory();
     try {
         Action action;
