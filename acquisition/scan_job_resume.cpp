@@ -51,9 +51,9 @@ ScanJob::Step ScanJob::begin_run() {
     if (auto status = co_await start_journal(*origin); !status) co_return status;
     intake_ = std::make_unique<SampleIntake>(*journal_, events_);
     first_durable_ = 0;
-    // A stop or fault that another run ended with is not in the way of this one, once its cause is gone.
-    if (const auto where = co_await ready(); !where) co_return tl::unexpected(where.error());
-    co_return core::Status{};
+    // A stop or fault that another run ended with is not in the way of this one, once its cause is gone; but it may
+    // have left the probe on the part.
+    co_return co_await leave_part();
 }
 
 ScanJob::Step ScanJob::resume_run() {
@@ -196,7 +196,8 @@ boost::asio::awaitable<core::Result<Eigen::Vector3d>> ScanJob::ready() {
     co_return now->position_mm;
 }
 
-/// A run that was cut off may have left the probe on the part: back off along the normal before anything else moves.
+/// A run that was cut off or stopped may have left the probe on the part: back off along the normal before anything
+/// else moves. The shortest way out of the box may lead along the part.
 ScanJob::Step ScanJob::leave_part() {
     const auto where = co_await ready();
     if (!where) co_return tl::unexpected(where.error());
@@ -207,14 +208,12 @@ ScanJob::Step ScanJob::leave_part() {
         const Eigen::Vector3d target = *where + plan_.approach_mm * *off;
         co_return co_await machine_.move(target, plan_.approach_speed_mm_s);
     }
-    const auto open = std::find(done_.begin(), done_.end(), false);
-    auto index = static_cast<std::size_t>(open - done_.begin());
-    if (open == done_.end()) {  // a section may have been under way once more: the one at this height
-        const auto nearer = [z = where->z()](const SectionSetup& a, const SectionSetup& b) {
-            return std::abs(a.z_mm - z) < std::abs(b.z_mm - z);
-        };
-        index = static_cast<std::size_t>(std::min_element(setups_.begin(), setups_.end(), nearer) - setups_.begin());
-    }
+    if (where->z() >= plan_.clearance.top_mm) co_return core::Status{};  // over the part
+    const auto nearer = [z = where->z()](const SectionSetup& a, const SectionSetup& b) {
+        return std::abs(a.z_mm - z) < std::abs(b.z_mm - z);
+    };
+    const auto index =
+        static_cast<std::size_t>(std::min_element(setups_.begin(), setups_.end(), nearer) - setups_.begin());
     const auto direction = way_off(setups_[index], restored_[index], where->head<2>(),
                                    request_.part.stylus.radius_mm + request_.part.scan.approach_mm);
     if (direction) {

@@ -25,6 +25,30 @@ TEST_F(ScanJobTest, AStopThatAnotherRunEndedWithIsNotInTheWayOfANewOne) {
     }
 }
 
+TEST_F(ScanJobTest, ANewRunLeavesThePartOnWhichAnotherOneStopped) {
+    const OutlineContact part{job};
+    const auto& places = job.plan.paths[1].points;
+    for (std::size_t i = 0; i < places.size(); i += 2) {
+        std::filesystem::remove(file);
+        forget();
+        machine.status.homed = true;
+        machine.status.state = drivers::MachineState::stopped;
+        machine.status.position_mm = places[i].centre_mm;
+        machine.fail_at = "scan";
+        Eigen::Vector3d from = places[i].centre_mm;
+        ASSERT_TRUE(run().outcome.error);
+        ASSERT_GT(machine.moves.size(), 1U) << i;
+        const Eigen::Vector3d clear = places[i].centre_mm + job.plan.approach_mm * places[i].normal;
+        EXPECT_LT((machine.moves[0] - clear).norm(), 0.02) << i;
+        for (const auto& to : machine.moves) {
+            for (double share = 0.0; share <= 1.0; share += 0.01)
+                EXPECT_GT(part.gap_mm(from + share * (to - from)), -1e-3)
+                    << i << ", " << share << " of the way to " << to.transpose();
+            from = to;
+        }
+    }
+}
+
 TEST_F(ScanJobTest, MeasuresAndJudgesEverySection) {
     const auto ran = run();
     ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
