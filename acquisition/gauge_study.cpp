@@ -14,7 +14,7 @@ namespace {
 constexpr double coverage = 2.0;  // of U95
 constexpr std::size_t fewest_trials = 2;
 
-tl::unexpected<core::Error> invalid(const std::string& why) {
+tl::unexpected<core::Error> refused(const std::string& why) {
     return core::fail(core::ErrorCode::input_invalid, why);
 }
 
@@ -41,18 +41,18 @@ class Design {
     explicit Design(const std::vector<StudyRun>& runs) : runs_(runs) {}
 
     core::Status check(GaugeStudy& study) {
-        if (runs_.empty()) return invalid("a study needs runs");
+        if (runs_.empty()) return refused("a study needs runs");
         std::set<std::string> seen;
         for (const auto& run : runs_) {
-            if (!seen.insert(run.run_id).second) return invalid("run " + run.run_id + " is named twice");
+            if (!seen.insert(run.run_id).second) return refused("run " + run.run_id + " is named twice");
             if (run.part_name != runs_.front().part_name || run.plan != runs_.front().plan)
-                return invalid("run " + run.run_id + " (" + run.part_name + ") has another part program than run " +
+                return refused("run " + run.run_id + " (" + run.part_name + ") has another part program than run " +
                                runs_.front().run_id + " (" + runs_.front().part_name + ")");
             if (run.part.empty())
-                return invalid("run " + run.run_id +
+                return refused("run " + run.run_id +
                                " does not say which part it measured: give [part] serial, or a design file");
             if (run.appraiser.empty())
-                return invalid("run " + run.run_id + " does not say who measured: name that in a design file");
+                return refused("run " + run.run_id + " does not say who measured: name that in a design file");
             places_.push_back({place_in(study.parts, run.part), place_in(study.appraisers, run.appraiser), 0.0});
         }
         study.part_name = runs_.front().part_name;
@@ -125,7 +125,7 @@ class Design {
         study.most = *most;
         if (*fewest >= fewest_trials) return {};
         const auto cell = static_cast<std::size_t>(fewest - counts.begin());
-        return invalid("part " + study.parts[cell / study.appraisers.size()] + " was measured " +
+        return refused("part " + study.parts[cell / study.appraisers.size()] + " was measured " +
                        std::to_string(*fewest) + (*fewest == 1 ? " time by " : " times by ") +
                        study.appraisers[cell % study.appraisers.size()] +
                        ": every appraiser has to measure every part twice at least, best all of them equally often");

@@ -13,6 +13,8 @@ namespace cmm::fitting {
 inline constexpr double usual_turn_rad = 0.1;
 /// The same at another noise: less where there is less to lose in it.
 double span_turn(double sigma_mm);
+/// That a smoothing spline has at most.
+inline constexpr std::size_t most_spans = 512;
 
 /// Knots for a closed curve through `anchors` (noise far below their distance) at ascending parameters `t` in
 /// [t_0, t_0 + period): no span turns by more than about `turn_rad`, none is longer than a sixtieth of the period, and

@@ -13,7 +13,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr std::size_t common_anchors = 1600, most_spans = 512;
+constexpr std::size_t common_anchors = 1600;
 /// However well the others foretell a joint, it may lie off them by so much.
 constexpr double least_joint_sigma_mm = 0.005;
 constexpr double least_known = 0.05;  // share of a knot's jump that all rows tell

@@ -26,10 +26,10 @@ constexpr int deepest_patch = 5;
 constexpr double least_width = 1e-10;
 // Cells of the order in which scattered points are visited, per axis; fewer points are not worth a sort.
 constexpr double patch_grid_cells = 32.0, cells_of_a_jump = 4.0;
-constexpr std::size_t cell_count = 32 * 32 * 32, least_to_sort = 512;
-// More than rounding to single precision does to a coordinate and to the square of a distance. Beyond `farthest_mm` it
+constexpr std::size_t cubes = 32 * 32 * 32, least_in_order = 512;
+// More than rounding to single precision does to a coordinate and to the square of a distance. Beyond `farthest_exact_mm` it
 // would leave nothing: boxes then exclude nothing.
-constexpr double rounding_of_float = 0x1p-22, farthest_mm = 1e6;
+constexpr double rounding_of_float = 0x1p-22, farthest_exact_mm = 1e6;
 
 /// Gradient and second derivatives of |S - p|^2 / 2.
 struct Slope {
@@ -202,7 +202,7 @@ SurfaceFoot SurfaceIndex::closest(const Vec3& p, const std::optional<SurfacePlac
 }
 
 SurfaceIndex::Rounded::Rounded(const Vec3& p) {
-    const bool far = p.cwiseAbs().maxCoeff() > farthest_mm;
+    const bool far = p.cwiseAbs().maxCoeff() > farthest_exact_mm;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const double at = p[static_cast<Eigen::Index>(axis)];
         low[axis] = far ? -std::numeric_limits<float>::infinity() : float_below(at);
@@ -324,7 +324,7 @@ void SurfaceIndex::minimise(const Vec3& p, const PatchDomain& domain, Best& best
 }
 
 std::vector<std::uint32_t> SurfaceIndex::neighbours_first(std::span<const Vec3> points) const {
-    if (points.size() < least_to_sort || points.size() > std::numeric_limits<std::uint32_t>::max()) return {};
+    if (points.size() < least_in_order || points.size() > std::numeric_limits<std::uint32_t>::max()) return {};
     Vec3 low = patches_[0].low(), high = patches_[0].high();
     for (const PatchBounds& patch : patches_) {
         low = low.cwiseMin(patch.low());
@@ -347,7 +347,7 @@ std::vector<std::uint32_t> SurfaceIndex::neighbours_first(std::span<const Vec3> 
         }
         cell[i] = static_cast<std::uint16_t>(index);
     }
-    return order_by_cell(cell, cell_count);
+    return order_by_cell(cell, cubes);
 }
 
 void SurfaceIndex::closest(std::span<const Vec3> points, std::span<SurfaceFoot> feet, SearchCost* cost) const {
