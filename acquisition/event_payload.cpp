@@ -75,12 +75,12 @@ std::string final_payload(const SectionResult& section, std::optional<double> la
         .add("z_mm", section.z_mm, count_digits)
         .add("points", section.points.size())
         .add("rejected", section.fit ? section.fit->rejected : 0)
-        .add("closed", section.fit && section.fit->closed)
+        .add("closed", section.all_round())
         .add("latency_ms", latency_ms, 3)
         .add("compensation", acquisition::to_string(section.compensation.state))
         .add("method", fitting::to_string(section.compensation.method()))
         .add("alignment", acquisition::to_string(section.alignment.state));
-    if (!section.why.empty()) fields.add("why", section.why);
+    if (!section.all_round()) fields.add("why", section.why_not_all_round());
     return fields.text();
 }
 

@@ -80,7 +80,7 @@ std::string sections_csv(const PartResult& part) {
     out += '\n';
     for (const auto& section : part.sections) {
         out += std::to_string(section.index) + ',' + cell(section.z_mm) + ',' + std::to_string(section.points.size()) +
-               ',' + std::to_string(section.rejected()) + ',' + (section.closed() ? '1' : '0');
+               ',' + std::to_string(section.rejected()) + ',' + (section.all_round() ? '1' : '0');
         for (const auto& column : columns) {
             const auto* c = section.find(column.name);
             out += c == nullptr ? ",,,"

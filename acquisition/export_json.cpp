@@ -200,7 +200,7 @@ Json section_of(const SectionResult& section) {
              {"z_mm", number(section.z_mm)},
              {"points", section.points.size()},
              {"rejected", section.rejected()},
-             {"closed", section.closed()},
+             {"closed", section.all_round()},
              {"decision", to_string(section.decision())},
              {"compensation", compensation(section.compensation)},
              {"alignment", alignment(section.alignment)}};
@@ -212,9 +212,8 @@ Json section_of(const SectionResult& section) {
                                               [](const auto& p) { return p.measured; });
         out["gaps"] = gaps(section);
         if (!section.deviation_mm.empty()) out["not_reached"] = section.not_reached();
-    } else {
-        out["why"] = section.why;
     }
+    if (!section.all_round()) out["why"] = section.why_not_all_round();
     out["characteristics"] = std::move(characteristics);
     out["rejected_points"] = rejected_points(section);
     if (auto kept = kept_points(section); !kept.empty()) out["kept_points"] = std::move(kept);

@@ -145,7 +145,7 @@ void add(std::vector<pdf::Picture>& pictures, std::string caption, const std::st
 void add_section(pdf::Pages& pages, const SectionResult& section, double ball_radius_mm) {
     pages.heading(title_of(section) + ": " + words(section.decision()));
     pages.paragraph(summary_of(section), Ink::soft);
-    if (!section.why.empty()) pages.paragraph("Not evaluable: " + section.why, Ink::open);
+    if (!section.all_round()) pages.paragraph(not_all_round_text(section), Ink::open);
     std::vector<pdf::Picture> wide, edges;
     add(wide, section.closed() ? "Contour" : "Recorded ball centres and nominal",
         overlay_figure(section, ball_radius_mm));

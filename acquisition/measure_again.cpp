@@ -307,7 +307,7 @@ std::size_t AgainPass::points() const {
 
 std::optional<AgainPass> plan_again(const SectionResult& judged, const SectionSetup& setup, const PlannedPath& lap,
                                     const UntilDecided& bound) {
-    if (!judged.closed() || !setup.nominal || lap.points.size() <= SamplingOptions().overlap) return std::nullopt;
+    if (!judged.all_round() || !setup.nominal || lap.points.size() <= SamplingOptions().overlap) return std::nullopt;
     return AgainPlanner(judged, setup, lap, bound).plan();
 }
 

@@ -25,14 +25,15 @@ std::vector<Eigen::Vector2d> positions(const std::vector<ContourPoint>& contour)
     return points;
 }
 
+/// Of what was measured.
 double largest_distance(const std::vector<ContourPoint>& from, const std::vector<ContourPoint>& to) {
     const auto curve = fitting::ClosedCurve::through(positions(to));
     if (!curve) return 0.0;
     std::vector<fitting::ClosestPoint> feet(from.size());
     curve->closest(positions(from), feet);
     double largest = 0.0;
-    for (const auto& foot : feet)
-        largest = std::max(largest, std::abs(foot.distance_mm));
+    for (std::size_t i = 0; i < from.size(); ++i)
+        if (from[i].measured) largest = std::max(largest, std::abs(feet[i].distance_mm));
     return largest;
 }
 

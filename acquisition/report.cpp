@@ -159,7 +159,7 @@ std::string section_sheet(const SectionResult& section, double ball_radius_mm) {
                       escape(summary_of(section));
     out += "</span><span class=\"state " + std::string(to_string(decision)) + "\">" + words(decision) +
            "</span></header>\n";
-    if (!section.why.empty()) out += html::element("p class=\"undecided\"", "Not evaluable: " + escape(section.why));
+    if (!section.all_round()) out += html::element("p class=\"undecided\"", escape(not_all_round_text(section)));
     const auto whiskers = whisker_figure(section);
     out += "<div class=\"plots\">\n";
     out += html::figure("half", section.closed() ? "<b>Contour</b>" : "<b>Recorded ball centres</b> and nominal",

@@ -182,6 +182,10 @@ std::string summary_of(const SectionResult& section) {
     return text;
 }
 
+std::string not_all_round_text(const SectionResult& section) {
+    return (section.closed() ? "Measured in part: " : "Not evaluable: ") + section.why_not_all_round();
+}
+
 std::string words(Decision decision) {
     std::string text(to_string(decision));
     std::replace(text.begin(), text.end(), '_', ' ');

@@ -28,6 +28,8 @@ std::vector<std::string> typeset_reasons(const PartResult& part);
 std::string title_of(const SectionResult& section);
 /// Points, scatter and how the ball was compensated.
 std::string summary_of(const SectionResult& section);
+/// Of one that was not measured all round: what is missing.
+std::string not_all_round_text(const SectionResult& section);
 /// "not evaluable"
 std::string words(Decision decision);
 /// "Accept"

@@ -91,16 +91,21 @@ bool RunReview::whole() const {
            std::all_of(sections.begin(), sections.end(), [](const auto& one) { return one.finished; });
 }
 
-core::Status RunReview::judge_all() {
+/// A section of which a part is missing may be one that is being measured: what is made of it so far is nothing that
+/// the others should rest on, or be judged anew for with every point.
+bool RunReview::takes_part(std::size_t place, Taken taken) const {
+    const SectionResult& alone = judged_[place].result;
+    return alone.closed() && (alone.all_round() || taken == Taken::all || recorded_.all()[place].finished);
+}
+
+core::Status RunReview::judge_all(Taken taken) {
     const auto& sections = recorded_.all();
     for (std::size_t i = 0; i < sections.size(); ++i) {
         const bool known = i < judged_.size() && judged_[i].result.index == sections[i].index &&
                            judged_[i].points == sections[i].points.size();
         if (known) continue;
-        const auto closed = [](const Judged& one) { return one.result.closed(); };
-        if (std::any_of(judged_.begin() + static_cast<std::ptrdiff_t>(std::min(i, judged_.size())), judged_.end(),
-                        closed))
-            compensated_all_ = false;
+        for (std::size_t later = i; later < judged_.size(); ++later)
+            if (judged_[later].takes_part) compensated_all_ = false;
         judged_.resize(i);  // without a nominal the edges of later sections follow those of earlier ones
         const auto of_section = setup(sections[i].index);
         if (!of_section) return tl::unexpected(of_section.error());
@@ -110,15 +115,17 @@ core::Status RunReview::judge_all() {
         if (i > 0) judged.judge = judged_[i - 1].judge;
         judged.points = points.size();
         judged.result = judged.judge.finish(**of_section, std::move(points));
-        if (closed(judged)) compensated_all_ = false;
         judged_.push_back(std::move(judged));
     }
+    for (std::size_t place = 0; place < judged_.size(); ++place)
+        if (const bool takes = takes_part(place, taken); std::exchange(judged_[place].takes_part, takes) != takes)
+            compensated_all_ = false;
     if (compensated_whole_ != whole() && part_.alignment.kind == AlignmentKind::blade) compensated_all_ = false;
     compensated_whole_ = whole();
     if (std::exchange(compensated_all_, true)) return {};
     PartJudge judge;
-    for (const auto& judged : judged_)
-        if (judged.result.closed()) judge.take_over(setups_.at(judged.result.index), judged.result);
+    for (std::size_t place = 0; place < judged_.size(); ++place)
+        if (judged_[place].takes_part) judge.take_over(setups_.at(judged_[place].result.index), judged_[place].result);
     judge.complete(compensated_whole_);
     compensated_ = judge.take();
     return {};
@@ -128,16 +135,16 @@ const SectionResult& RunReview::at(std::size_t place) const {
     const auto& alone = judged_[place].result;
     const auto found = std::find_if(compensated_.begin(), compensated_.end(),
                                     [&](const SectionResult& result) { return result.index == alone.index; });
-    return alone.closed() ? *found : alone;
+    return judged_[place].takes_part ? *found : alone;
 }
 
 core::Result<const SectionResult*> RunReview::result_at(std::size_t place) {
-    if (auto status = judge_all(); !status) return tl::unexpected(status.error());
+    if (auto status = judge_all(Taken::finished); !status) return tl::unexpected(status.error());
     return &at(place);
 }
 
 core::Result<PartResult> RunReview::result() {
-    if (auto status = judge_all(); !status) return tl::unexpected(status.error());
+    if (auto status = judge_all(Taken::all); !status) return tl::unexpected(status.error());
     const auto frame = part_frame();
     if (!frame) return tl::unexpected(frame.error());
     const auto& header = journal_->header();

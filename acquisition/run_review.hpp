@@ -42,7 +42,7 @@ class RunReview {
     /// Of the section with this index, which need not be recorded. Errors: those of make_section_setup.
     core::Result<const SectionSetup*> setup(std::size_t index);
     /// The section at this place of recorded().all(), judged, as far as its neighbours are there by the surface through
-    /// all of them. Errors: those of make_section_setup.
+    /// all of them; by itself while a part of it is still to come. Errors: those of make_section_setup.
     core::Result<const SectionResult*> result_at(std::size_t place);
     /// All recorded sections. Errors also: usage (a decision about a point that never came).
     core::Result<PartResult> result();
@@ -51,13 +51,17 @@ class RunReview {
     struct Judged {
         std::size_t points = 0;
         SectionResult result;
-        SectionJudge judge;  // as it was left
+        SectionJudge judge;       // as it was left
+        bool takes_part = false;  // in `compensated_`
     };
     /// Every section of the plan is recorded to its end.
     bool whole() const;
     /// Errors: journal_io, journal_corrupt.
     core::Result<std::optional<PartFrame>> part_frame() const;
-    core::Status judge_all();
+    /// What is compensated and aligned with the others.
+    enum class Taken { finished, all };
+    core::Status judge_all(Taken taken);
+    bool takes_part(std::size_t place, Taken taken) const;
     const SectionResult& at(std::size_t place) const;
     RunReview(std::unique_ptr<Journal> journal, PartFile part, std::shared_ptr<const Nominal> nominal);
     double height_mm(std::size_t index) const;
@@ -70,7 +74,7 @@ class RunReview {
     RecordedSections recorded_;
     std::map<std::size_t, SectionSetup> setups_;
     std::vector<Judged> judged_;              // each by itself, in order
-    std::vector<SectionResult> compensated_;  // those that are closed, as the sections beside them say
+    std::vector<SectionResult> compensated_;  // those that take part, as the sections beside them say
     bool compensated_all_ = true;             // and none has come or gone since
     bool compensated_whole_ = false;          // they were all that the plan has
 };

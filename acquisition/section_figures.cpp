@@ -23,14 +23,16 @@ void draw_overlay(Picture& picture, const PlotFrame& frame, const SectionResult&
     if (!section.closed()) picture.path("dot", svg::dots(frame.px(points.used)));
     picture.path("reject", svg::crosses(frame.px(points.rejected), 3.0));
     picture.unclip();
-    if (!section.closed()) return;
-    const auto name_edge = [&](const Vector2d& nose, const Vector2d& other, std::string_view name) {
-        const Vector2d out = (nose - other).normalized();
-        const Vector2d at = frame.px(nose) + Vector2d(out.x() * 14, -out.y() * 14 + 4);
+    const auto name_edge = [&](Zone edge, const Vector2d& other, std::string_view name) {
+        const auto nose = section.nose_mm(edge);
+        if (!nose) return;
+        const Vector2d out = (*nose - other).normalized();
+        const Vector2d at = frame.px(*nose) + Vector2d(out.x() * 14, -out.y() * 14 + 4);
         picture.text("strong on", at, Anchor::middle, name);
     };
-    name_edge(section.fit->le_point_mm, section.fit->te_point_mm, "LE");
-    name_edge(section.fit->te_point_mm, section.fit->le_point_mm, "TE");
+    if (!section.closed()) return;
+    name_edge(Zone::le, section.fit->te_point_mm, "LE");
+    name_edge(Zone::te, section.fit->le_point_mm, "TE");
 }
 
 Box edge_box(const SectionResult& section, Zone edge) {
@@ -91,7 +93,7 @@ std::string overlay_figure(const SectionResult& section, double ball_radius_mm) 
 }
 
 std::string edge_figure(const SectionResult& section, Zone edge, double ball_radius_mm) {
-    if (!section.closed()) return {};
+    if (!section.nose_mm(edge)) return {};
     constexpr double width = 270;
     constexpr double height = 250;
     const std::string name = edge == Zone::le ? "Leading edge" : "Trailing edge";

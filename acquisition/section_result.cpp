@@ -144,6 +144,20 @@ std::size_t SectionResult::not_reached() const {
     return count;
 }
 
+std::string SectionResult::why_not_all_round() const {
+    return closed() ? fit->missing : why;
+}
+
+std::optional<Eigen::Vector2d> SectionResult::nose_mm(fitting::Zone edge) const {
+    if (!closed()) return std::nullopt;
+    const Eigen::Vector2d& nose = edge == fitting::Zone::le ? fit->le_point_mm : fit->te_point_mm;
+    const auto nearer = [&](const fitting::ContourPoint& a, const fitting::ContourPoint& b) {
+        return (a.position_mm - nose).squaredNorm() < (b.position_mm - nose).squaredNorm();
+    };
+    const auto nearest = std::min_element(fit->contour.begin(), fit->contour.end(), nearer);
+    return nearest->measured ? std::optional(nose) : std::nullopt;
+}
+
 std::vector<ContourGap> SectionResult::gaps() const {
     std::vector<ContourGap> out;
     if (!fit) return out;

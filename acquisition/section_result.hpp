@@ -134,7 +134,14 @@ struct SectionResult {
     std::vector<Characteristic> characteristics;
     Compensation compensation;
 
+    /// Whether it has a contour. Places of it may be unmeasured.
     bool closed() const { return fit && fit->closed && !fit->contour.empty(); }
+    /// Whether it was measured all round, but for gaps on its sides.
+    bool all_round() const { return closed() && fit->missing.empty(); }
+    /// Why it was not; empty when it was.
+    std::string why_not_all_round() const;
+    /// The nose of LE or TE; none where it was not measured.
+    std::optional<Eigen::Vector2d> nose_mm(fitting::Zone edge) const;
     std::size_t rejected() const;
     /// Contour points without a deviation because the ball does not reach there.
     std::size_t not_reached() const;

@@ -56,6 +56,7 @@ fitting::SectionOptions section_options(const SectionSetup& setup) {
     if (setup.nominal) {
         options.le_hint = setup.nominal->section.le_point();
         options.te_hint = setup.nominal->section.te_point();
+        options.nominal = &setup.nominal->section.curve();
     }
     return options;
 }
@@ -107,7 +108,7 @@ SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<Record
         options.te_hint = last_te_mm_;
     }
     auto fit = fitting::fit_section(centres, excluded, options, kept, later);
-    if (fit && fit->closed) {
+    if (fit && fit->closed && fit->missing.empty()) {
         last_le_mm_ = fit->le_point_mm;
         last_te_mm_ = fit->te_point_mm;
     }
@@ -117,10 +118,10 @@ SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<Record
     section.z_mm = setup.z_mm;
     section.points = std::move(points);
     section = judge_fit(std::move(section), std::move(fit), setup);
-    if (section.closed() || !setup.nominal) return section;
+    if (section.all_round() || !setup.nominal) return section;
     LiveSection live(setup, 1.0, core::PartFromMachine(), section.points.size());
     live.restore(section.points);
-    if (live.exceedance()) reject_by(*live.exceedance(), section);
+    if (live.exceedance() && section.decision() != Decision::reject) reject_by(*live.exceedance(), section);
     return section;
 }
 

@@ -22,8 +22,10 @@ constexpr double reject_share = 1.5;  // of the threshold: the curve may be off 
 constexpr double restore_sigmas =
     3.0;  // of the noise: so near to the curve a point that its neighbours accused is good
 constexpr double same_centre_mm = 1e-6;
-constexpr double clear_share = 1.5;  // of the threshold: above it the good neighbours' word stands
-constexpr int most_rounds = 3;       // of fit, reject, restore
+constexpr double clear_share = 1.5;        // of the threshold: above it the good neighbours' word stands
+constexpr int most_rounds = 3;             // of fit, reject, restore
+constexpr std::size_t trimmed_points = 6;  // beside a gap
+constexpr double trim_sigmas = 6.0;
 constexpr double most_bad_share = 0.2;
 constexpr int most_cuts = 4;              // tangles are cut so often
 constexpr double turning_back_rad = 2.2;  // from one step to the next
@@ -78,7 +80,7 @@ class CentreFitter {
                 before = &centres_[i];
             }
         }
-        auto lap = order_lap(centres_, usable, options_.reject_floor_mm);
+        auto lap = order_lap(centres_, usable, options_);
         if (!lap) return tl::unexpected(lap.error());
         join_passes(centres_, later, options_.reject_floor_mm, *lap);
         index_ = std::move(lap->index);
@@ -90,7 +92,7 @@ class CentreFitter {
     }
 
     core::Status fit_curve() {
-        BadPoints found = find_bad_points(points_, true, options_.reject_floor_mm);
+        const BadPoints found = find_bad_points(points_, true, options_.reject_floor_mm);
         if (static_cast<double>(found.count) > most_bad_share * static_cast<double>(points_.size()) - 1.0)
             return core::fail(ErrorCode::fit_not_evaluable,
                               "section: too many points disagree with their neighbours (" +
@@ -115,15 +117,38 @@ class CentreFitter {
         for (int round = 0; round < most_rounds; ++round) {
             collect_good_points();
             const auto gaps = find_gaps(good_, options_);
-            if (auto status = check_bridges(good_, gaps); !status) return status;
-            auto smooth = smooth_closed(good_, bridges_over(good_, gaps));
+            auto bridges = bridges_over(good_, gaps, options_);
+            if (!bridges) return tl::unexpected(std::move(bridges.error()));
+            fit_.missing = std::move(bridges->missing);
+            auto smooth = smooth_closed(good_, bridges->over);
             if (!smooth) return tl::unexpected(smooth.error());
             smooth_ = std::move(*smooth);
             if (cuts > 0) break;
             const bool revised = revise_verdicts(found), survived = round == 0 && set_aside_survivors();
-            if (!revised && !survived) break;
+            const bool trimmed = trim_beside(gaps, found.sigma_mm);
+            if (!revised && !survived && !trimmed) break;
         }
         return {};
+    }
+
+    /// Beside a gap a bad point has no neighbours beyond, and the curve may follow it: where it does so badly, the
+    /// points from the gap on to there are set aside. False when there is none.
+    bool trim_beside(std::span<const Gap> gaps, double sigma_mm) {
+        const std::size_t n = fitted_.size();
+        bool any = false;
+        for (const Gap& gap : gaps)
+            for (const auto& [first, stride] : {std::pair{gap.before, n - 1}, std::pair{gap.behind, std::size_t{1}}}) {
+                std::size_t count = 0;
+                for (std::size_t i = 0; i < trimmed_points; ++i)
+                    if (std::abs(smooth_.residual[(first + i * stride) % n]) > trim_sigmas * sigma_mm) count = i + 1;
+                for (std::size_t i = 0; i < count; ++i) {
+                    const std::size_t k = fitted_[(first + i * stride) % n];
+                    if (fit_.verdicts[index_[k]].kept || reason_[k] != RejectReason::none) continue;
+                    reason_[k] = RejectReason::fit_residual;
+                    any = true;
+                }
+            }
+        return any;
     }
 
     /// A good point between two bad ones on the same side of the curve has nobody to bear it out, and the curve may
@@ -180,8 +205,12 @@ class CentreFitter {
 
     void collect_good_points() {
         good_.clear();
-        for (std::size_t k = 0; k < points_.size(); ++k)
-            if (reason_[k] == RejectReason::none) good_.push_back(points_[k]);
+        fitted_.clear();
+        for (std::size_t k = 0; k < points_.size(); ++k) {
+            if (reason_[k] != RejectReason::none) continue;
+            good_.push_back(points_[k]);
+            fitted_.push_back(k);
+        }
     }
 
     /// Checks every point against the fitted curve (A9): what the neighbours excused is rejected, good points that bad
@@ -295,7 +324,8 @@ class CentreFitter {
     std::vector<Vec2> points_;        // by lap position, like the next two
     std::vector<RejectReason> reason_;
     std::vector<double> residual_, threshold_;
-    std::vector<Vec2> good_;  // the points that smooth_ was fitted to
+    std::vector<Vec2> good_;           // the points that smooth_ was fitted to
+    std::vector<std::size_t> fitted_;  // their lap positions
     SmoothCurve smooth_;
 };
 

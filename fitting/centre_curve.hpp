@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/error.hpp"
@@ -15,6 +16,7 @@ namespace cmm::fitting {
 struct CentreCurve {
     std::vector<PointVerdict> verdicts;  ///< one per input point, in input order
     std::size_t rejected = 0;
+    std::string missing;     ///< as of SectionFit
     SmoothCurve smooth;      ///< counter-clockwise
     std::vector<Vec2> good;  ///< the points that it was fitted to, in its order
 };

@@ -51,6 +51,7 @@ core::Result<ContactSection> section_of_contacts(std::span<const Contact> contac
     ContactSection result;
     result.set_aside = curve->rejected;
     result.fit.closed = true;
+    result.fit.missing = flat.missing;
     result.fit.verdicts = flat.verdicts;
     result.fit.rejected = flat.rejected;
     result.fit.noise_sigma_mm = curve->smooth.sigma_mm;

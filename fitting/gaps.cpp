@@ -7,9 +7,11 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "core/text.hpp"
+#include "fitting/lent_way.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -18,8 +20,10 @@ constexpr std::size_t local_steps = 8;  // steps on either side that tell how de
 constexpr std::size_t bridge_points = 12;
 constexpr double bridge_sigma_share = 0.02;  // of the gap's width
 constexpr double least_gap_balls = 0.25;     // of the ball radius: round what is narrower it turns by a quarter at most
-constexpr double most_bridged_turn_rad = 1.2;  // from before a gap to behind it: more is an edge
-constexpr double most_share = 0.3;             // of the way round
+constexpr double most_bridged_turn_rad = 1.2;                 // from before a gap to behind it: more is an edge
+constexpr double most_share = 0.3;                            // of the way round
+constexpr std::size_t least_points_in_part = 40;              // of a section that misses an edge or a side
+constexpr double most_edge_turn_rad = 4.0, edge_reach = 2.0;  // in widths of the gap
 
 /// Median of the steps first, first + stride, ... of a closed sequence.
 double median_from(const std::vector<double>& steps, std::size_t first, std::size_t stride) {
@@ -60,11 +64,11 @@ Vec2 into_stretch(std::span<const Vec2> points, std::size_t first, std::size_t s
 /// The way over a gap: Hermite's cubic, as fast at its ends as the one that is next to an arc of so much turn.
 class Way {
   public:
-    Way(std::span<const Vec2> points, const Gap& gap)
-        : from_(points[gap.before]),
-          to_(points[gap.behind]),
-          in_(-into_stretch(points, gap.before, points.size() - 1)),
-          out_(into_stretch(points, gap.behind, 1)),
+    Way(std::span<const Vec2> points, std::size_t before, std::size_t behind)
+        : from_(points[before]),
+          to_(points[behind]),
+          in_(-into_stretch(points, before, points.size() - 1)),
+          out_(into_stretch(points, behind, 1)),
           turn_rad_(std::abs(turn_angle(in_, to_ - from_)) + std::abs(turn_angle(to_ - from_, out_))) {
         const double quarter = std::cos(std::min(0.25 * turn_rad_, 1.0));
         speed_mm_ = width_mm() / (quarter * quarter);
@@ -74,21 +78,45 @@ class Way {
     /// From before the gap to its chord and on to behind it.
     double turn_rad() const { return turn_rad_; }
     bool turns_left() const { return turn_angle(in_, to_ - from_) > 0.0 && turn_angle(to_ - from_, out_) > 0.0; }
+    std::vector<SupposedPoint> evenly() const {
+        std::vector<SupposedPoint> places;
+        for (std::size_t k = 1; k <= bridge_points; ++k)
+            places.push_back({at(static_cast<double>(k) / (bridge_points + 1)), bridge_sigma_share * width_mm()});
+        return places;
+    }
+
+  private:
     Vec2 at(double w) const {
         const double v = 1.0 - w;
         return v * v * (1.0 + 2.0 * w) * from_ + w * w * (1.0 + 2.0 * v) * to_ +
                speed_mm_ * w * v * (v * in_ - w * out_);
     }
 
-  private:
     Vec2 from_, to_, in_, out_;
     double turn_rad_, speed_mm_ = 0.0;
 };
 
+/// An edge where the hints have one, and no more than what is round it.
+bool is_edge(std::span<const Vec2> points, const Gap& gap, const Way& way, const SectionOptions& options) {
+    const Vec2 middle = 0.5 * (points[gap.before] + points[gap.behind]);
+    const auto near = [&](const std::optional<Vec2>& hint) {
+        return hint && (*hint - middle).norm() < edge_reach * way.width_mm();
+    };
+    return way.turns_left() && way.turn_rad() <= most_edge_turn_rad && (near(options.le_hint) || near(options.te_hint));
+}
+
+std::string unmeasured(std::span<const Vec2> points, const Gap& gap) {
+    const auto at = [](const Vec2& p) { return "(" + core::fixed(p.x(), 3) + ", " + core::fixed(p.y(), 3) + ")"; };
+    return "nothing was measured between " + at(points[gap.before]) + " and " + at(points[gap.behind]) + " mm, " +
+           core::fixed(100.0 * gap.share, 0) + " % of the way round, where it turns by " +
+           core::fixed(gap.turn_rad * 180.0 / std::numbers::pi, 0) + " degrees";
+}
+
 /// A ball that goes round an edge makes a way; where the next point is on the other side of it, nobody measured it.
-bool skips_edge(std::span<const Vec2> points, const Gap& gap, double ball_radius_mm) {
-    if (!(ball_radius_mm > 0.0) || (points[gap.behind] - points[gap.before]).norm() < ball_radius_mm) return false;
-    const Way way(points, gap);
+bool may_skip_edge(double step_mm, double ball_radius_mm) {
+    return ball_radius_mm > 0.0 && step_mm >= ball_radius_mm;
+}
+bool skips_edge(const Way& way) {
     return way.turn_rad() > most_bridged_turn_rad && way.turns_left();
 }
 
@@ -105,40 +133,48 @@ std::vector<Gap> find_gaps(std::span<const Vec2> points, const SectionOptions& o
             return false;
         return steps[k] > factor * std::max(median_from(steps, k + 1, 1), median_from(steps, k + n - 1, n - 1));
     };
+    const double whole_mm = std::accumulate(steps.begin(), steps.end(), 0.0);
     for (std::size_t k = 0; k < n; ++k) {
-        const Gap gap{k, (k + 1) % n};
-        if (is_far(k) || skips_edge(points, gap, options.ball_radius_mm)) gaps.push_back(gap);
+        const bool far = is_far(k);
+        if (!far && !may_skip_edge(steps[k], options.ball_radius_mm)) continue;
+        const Way way(points, k, (k + 1) % n);
+        if (!far && !skips_edge(way)) continue;
+        gaps.push_back({k, (k + 1) % n, steps[k] / whole_mm, way.turn_rad()});
     }
     return gaps;
 }
 
-std::vector<GapBridge> bridges_over(std::span<const Vec2> points, std::span<const Gap> gaps) {
-    std::vector<GapBridge> bridges;
-    for (const Gap& gap : gaps) {
-        const Way way(points, gap);
-        GapBridge bridge{gap.before, {}, bridge_sigma_share * way.width_mm()};
-        for (std::size_t k = 1; k <= bridge_points; ++k)
-            bridge.points.push_back(way.at(static_cast<double>(k) / (bridge_points + 1)));
-        bridges.push_back(std::move(bridge));
-    }
-    return bridges;
+bool Gap::on_side() const {
+    return turn_rad <= most_bridged_turn_rad && share <= most_share;
 }
 
-core::Status check_bridges(std::span<const Vec2> points, std::span<const Gap> gaps) {
-    if (gaps.empty()) return {};
-    const std::vector<double> steps = steps_of(points);
-    const double whole_mm = std::accumulate(steps.begin(), steps.end(), 0.0);
+core::Result<Bridges> bridges_over(std::span<const Vec2> points, std::span<const Gap> gaps,
+                                   const SectionOptions& options) {
+    Bridges bridges;
+    std::optional<LentWay> lent;
     for (const Gap& gap : gaps) {
-        const double turn = Way(points, gap).turn_rad(), share = steps[gap.before] / whole_mm;
-        if (turn <= most_bridged_turn_rad && share <= most_share) continue;
-        const auto at = [](const Vec2& p) { return "(" + core::fixed(p.x(), 3) + ", " + core::fixed(p.y(), 3) + ")"; };
-        return core::fail(core::ErrorCode::fit_not_evaluable,
-                          "section: open, nothing was measured between " + at(points[gap.before]) + " and " +
-                              at(points[gap.behind]) + " mm, " + core::fixed(100.0 * share, 0) +
-                              " % of the way round, where it turns by " +
-                              core::fixed(turn * 180.0 / std::numbers::pi, 0) + " degrees");
+        const Way way(points, gap.before, gap.behind);
+        if (gap.on_side()) {
+            bridges.over.push_back({gap.before, way.evenly()});
+            continue;
+        }
+        const std::string what = unmeasured(points, gap);
+        if (points.size() < least_points_in_part)
+            return core::fail(core::ErrorCode::fit_not_evaluable,
+                              "section: open, " + what + ", and too few points beside it (" +
+                                  std::to_string(points.size()) + " of " + std::to_string(least_points_in_part) + ")");
+        if (options.nominal != nullptr) {
+            if (!lent) lent.emplace(*options.nominal, options.ball_radius_mm, points);
+            bridges.over.push_back({gap.before, lent->between(points[gap.before], points[gap.behind])});
+        } else if (gap.share <= most_share && is_edge(points, gap, way, options)) {
+            bridges.over.push_back({gap.before, way.evenly()});
+        } else {
+            return core::fail(core::ErrorCode::fit_not_evaluable,
+                              "section: open, " + what + "; without a nominal nothing tells the way there");
+        }
+        bridges.missing += (bridges.missing.empty() ? "" : "; ") + what;
     }
-    return {};
+    return bridges;
 }
 
 }  // namespace cmm::fitting

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "core/error.hpp"
@@ -15,6 +16,11 @@ namespace cmm::fitting {
 /// A stretch that nobody measured, between two neighbours of a closed sequence of points.
 struct Gap {
     std::size_t before = 0, behind = 0;
+    double share = 0.0;     ///< of the way round, in a straight line
+    double turn_rad = 0.0;  ///< from before it to its chord and on to behind it
+
+    /// Not over an edge, nor over much of the way round: what is beyond goes on from what is before.
+    bool on_side() const;
 };
 
 /// Of the points next to a gap so many may be bad together without anybody beyond to bear witness against them: the
@@ -27,12 +33,16 @@ inline constexpr std::size_t beside_gap = 4;
 /// way turns round an edge in one step. `points` counter-clockwise.
 std::vector<Gap> find_gaps(std::span<const Vec2> points, const SectionOptions& options);
 
-/// What a curve may be supposed to do in each gap: go on as the eight points on either side do, and turn evenly
-/// between.
-std::vector<GapBridge> bridges_over(std::span<const Vec2> points, std::span<const Gap> gaps);
+/// What a curve may be supposed to do in the gaps, in their order.
+struct Bridges {
+    std::vector<GapBridge> over;
+    std::string missing;  ///< what was not measured of an edge, or of much of the way round; empty: nothing of that
+};
 
-/// Whether a curve may bridge the gaps: on the sides of a blade it may, but nothing tells the way round an edge.
-/// Errors: fit_not_evaluable (a gap that is too wide, or in which the points turn too far).
-core::Status check_bridges(std::span<const Vec2> points, std::span<const Gap> gaps);
+/// A gap on a side: the curve goes on as the eight points on either side do, and turns evenly between. Over an edge,
+/// and over more than 30 % of the way round, the nominal lends its way; without one an edge is taken for round where
+/// hints say which edge it is. Errors: fit_not_evaluable (nothing tells the way).
+core::Result<Bridges> bridges_over(std::span<const Vec2> points, std::span<const Gap> gaps,
+                                   const SectionOptions& options);
 
 }  // namespace cmm::fitting

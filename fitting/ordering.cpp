@@ -8,6 +8,7 @@
 
 #include "core/text.hpp"
 #include "fitting/closest_point.hpp"
+#include "fitting/lent_way.hpp"
 #include "fitting/outliers.hpp"
 
 namespace cmm::fitting {
@@ -20,6 +21,9 @@ constexpr double duplicate_share = 0.02;     // of the median spacing: nearer th
 constexpr double least_closing_share = 0.3;  // of the spacing: nearer to the first point a last one repeats it
 constexpr double back_lateral_mm = 0.015;    // noise and chord error: nearer to the stretch just measured is on it
 constexpr std::size_t back_reach = 12;       // points that a scan may step back
+constexpr double open_share = 0.25;          // of the way round, in one step
+constexpr double clear_sense = 0.5;          // of the misfit of the wrong sense
+constexpr double far_steps = 8.0;            // from one point to the next: a gap
 constexpr std::size_t start_tries = 6;       // the first points of a scan may be bad
 
 double median(std::vector<double> values) {
@@ -125,7 +129,29 @@ void take_first_lap(std::span<const Vec2> points, const std::vector<std::size_t>
     }
 }
 
-void turn_counter_clockwise(std::span<const Vec2> points, const std::vector<char>& is_bad, Lap& lap) {
+/// Of good points in order. The ends of a side alone are joined by a chord, on either side of which it may lie: then
+/// the nominal tells it.
+core::Result<bool> is_clockwise(std::span<const Vec2> good, double twice_area, const SectionOptions& options) {
+    double longest_mm = 0.0, whole_mm = 0.0;
+    for (std::size_t i = 0; i < good.size(); ++i) {
+        const double step_mm = (good[(i + 1) % good.size()] - good[i]).norm();
+        longest_mm = std::max(longest_mm, step_mm);
+        whole_mm += step_mm;
+    }
+    if (options.nominal == nullptr || longest_mm < open_share * whole_mm) return twice_area < 0.0;
+    const auto off_mm = [&](LentWay::Sense sense) {
+        return LentWay(*options.nominal, options.ball_radius_mm, good, sense).misfit_mm();
+    };
+    const double counter_mm = off_mm(LentWay::Sense::counter_clockwise),
+                 clockwise_mm = off_mm(LentWay::Sense::clockwise);
+    if (std::min(counter_mm, clockwise_mm) < clear_sense * std::max(counter_mm, clockwise_mm))
+        return clockwise_mm < counter_mm;
+    return core::fail(ErrorCode::fit_not_evaluable,
+                      "section: open, and the nominal does not tell on which side of the points the material lies");
+}
+
+core::Status turn_counter_clockwise(std::span<const Vec2> points, const std::vector<char>& is_bad,
+                                    const SectionOptions& options, Lap& lap) {
     std::vector<Vec2> ordered;
     std::vector<std::size_t> good;
     for (std::size_t k = 0; k < lap.index.size(); ++k) {
@@ -145,8 +171,14 @@ void turn_counter_clockwise(std::span<const Vec2> points, const std::vector<char
         return (ordered[a] - middle).squaredNorm() < (ordered[b] - middle).squaredNorm();
     });
     std::rotate(lap.index.begin(), lap.index.begin() + static_cast<std::ptrdiff_t>(first), lap.index.end());
-    lap.was_clockwise = twice < 0.0;
+    std::vector<Vec2> in_order;
+    for (const std::size_t k : good)
+        in_order.push_back(ordered[k]);
+    const auto clockwise = is_clockwise(in_order, twice, options);
+    if (!clockwise) return tl::unexpected(clockwise.error());
+    lap.was_clockwise = *clockwise;
     if (lap.was_clockwise) std::reverse(lap.index.begin() + 1, lap.index.end());
+    return {};
 }
 
 /// A probe that trembles along its path now and then measures a place behind the one before: such two change places, so
@@ -159,7 +191,11 @@ void untangle(std::span<const Vec2> points, std::vector<std::size_t>& order) {
     for (int pass = 0; any && pass < most_passes; ++pass) {
         any = false;
         for (std::size_t k = 0; k < n; ++k) {
-            if ((at(k + 2) - at(k + 1)).dot(at(k + 3) - at(k)) >= 0.0) continue;
+            // Over a gap the next point may lie anywhere.
+            const Vec2 in = at(k + 1) - at(k), out = at(k + 3) - at(k + 2);
+            const bool behind_gap = in.norm() > far_steps * out.norm(), before_gap = out.norm() > far_steps * in.norm();
+            const Vec2 along = behind_gap ? out : before_gap ? in : Vec2(at(k + 3) - at(k));
+            if ((at(k + 2) - at(k + 1)).dot(along) >= 0.0) continue;
             std::swap(order[(k + 1) % n], order[(k + 2) % n]);
             any = true;
         }
@@ -195,11 +231,11 @@ std::vector<std::size_t> usable_points(std::span<const Vec2> points, std::span<c
 }
 
 core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std::size_t>& usable,
-                            double reject_floor_mm) {
+                            const SectionOptions& options) {
     if (usable.size() < least_lap_points)
         return core::fail(ErrorCode::fit_not_evaluable, "section: needs " + std::to_string(least_lap_points) +
                                                             " different points, got " + std::to_string(usable.size()));
-    const Chain chain = make_chain(points, usable, reject_floor_mm);
+    const Chain chain = make_chain(points, usable, options.reject_floor_mm);
     double lap_length = -1.0;
     for (std::size_t start = 0; start < start_tries && lap_length < 0.0; ++start)
         lap_length = passes_again(chain, start);
@@ -214,7 +250,8 @@ core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std:
     std::vector<char> is_bad(points.size(), 0);
     for (std::size_t k = 0; k < usable.size(); ++k)
         is_bad[usable[k]] = chain.bad[k];
-    turn_counter_clockwise(points, is_bad, lap);
+    if (auto status = turn_counter_clockwise(points, is_bad, options, lap); !status)
+        return tl::unexpected(status.error());
     untangle(points, lap.index);
     return lap;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "fitting/section.hpp"
 #include "fitting/vec2.hpp"
 
 namespace cmm::fitting {
@@ -26,10 +27,11 @@ std::vector<std::size_t> usable_points(std::span<const Vec2> points, std::span<c
 
 /// Closes the chain `points[usable]`: finds where it passes its start, sets the overlap aside, and turns the
 /// lap counter-clockwise. Bad points are tolerated (they are set aside by the open-chain test first) and keep their
-/// place in the lap. Its ends may be apart: that is a gap like others. Errors: fit_not_evaluable (too few points, no
-/// area).
+/// place in the lap. Its ends may be apart: that is a gap like others. Where they are far apart, the nominal of
+/// `options` says which way round is counter-clockwise; without one the area does. Errors: fit_not_evaluable (too few
+/// points, no area).
 core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std::size_t>& usable,
-                            double reject_floor_mm);
+                            const SectionOptions& options);
 
 /// Puts the points of later passes, which lie between those of the lap, where they belong in it: at their feet on the
 /// polygon through its good points. One on the spot of its neighbour (1 nm) goes to `again`.

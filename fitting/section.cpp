@@ -18,6 +18,7 @@ core::Result<SectionFit> fit_section(std::span<const Eigen::Vector2d> centres, s
     if (!centre_curve) return tl::unexpected(centre_curve.error());
     SectionFit fit;
     fit.closed = true;
+    fit.missing = std::move(centre_curve->missing);
     fit.verdicts = std::move(centre_curve->verdicts);
     fit.rejected = centre_curve->rejected;
     fit.noise_sigma_mm = centre_curve->smooth.sigma_mm;

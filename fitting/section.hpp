@@ -20,6 +20,8 @@
 /// Pure functions: no I/O, no threads, no clock. Millimetres, part frame, plane coordinates x and y.
 namespace cmm::fitting {
 
+class ClosedCurve;
+
 enum class Zone : std::uint8_t { le, suction, te, pressure };
 std::string_view to_string(Zone zone) noexcept;
 
@@ -34,6 +36,7 @@ struct SectionOptions {
     std::optional<Eigen::Vector2d>
         le_hint;  ///< a point near the LE (from the nominal); otherwise the larger edge radius is LE
     std::optional<Eigen::Vector2d> te_hint;
+    const ClosedCurve* nominal = nullptr;       ///< lends its way where an edge or a side was not measured
     std::optional<EdgeModel> le_model, te_model;  ///< asked for; otherwise the points choose
     double fairing_mm = 0.0;  ///< A20: how far fairing may move the contour; 0: none, as befits a tolerance decision
     /// A22: angle of the surface to the section normal plane where it is known (one per contour is enough for the
@@ -109,6 +112,7 @@ struct SectionCentres {
 
 struct SectionFit {
     bool closed = false;
+    std::string missing;  ///< of an edge, or of much of the way round, that was not measured; empty: of neither
     std::vector<PointVerdict> verdicts;  ///< one per input point, in input order
     std::size_t rejected = 0;
     double noise_sigma_mm = 0.0;  ///< estimated standard deviation of the accepted points about the fit
@@ -130,7 +134,7 @@ struct SectionFit {
 /// direction; `excluded[i]` != none keeps a point out from the beginning (no contact, operator); `kept[i]` != 0 keeps a
 /// point in that the search would reject (operator); `later[i]` != 0: of a pass after the lap, over stretches of it,
 /// its points between those of before. All three may be shorter than `centres`, or empty. Errors: fit_not_evaluable
-/// (too few points, open, self-crossing, no two edges); never throws.
+/// (too few points, open and nothing tells the way, self-crossing, no two edges); never throws.
 core::Result<SectionFit> fit_section(std::span<const Eigen::Vector2d> centres, std::span<const RejectReason> excluded,
                                      const SectionOptions& options, std::span<const char> kept = {},
                                      std::span<const char> later = {});

@@ -19,7 +19,7 @@ namespace {
 using core::ErrorCode;
 
 constexpr std::size_t points_needed = 12;
-constexpr std::size_t least_spans = 10, most_spans = 512;
+constexpr std::size_t least_spans = 10;
 constexpr double anchor_sigmas = 12.0;  // distance of anchors
 constexpr int refinements = 3;
 constexpr int halvings = 8;               // of spans that do not follow their points
@@ -83,8 +83,8 @@ class Course {
         for (std::size_t i = 0; i < measured.size(); ++i) {
             add(measured[i], 0.0, i);
             for (; !bridges.empty() && bridges.front().before == i; bridges = bridges.subspan(1))
-                for (const Vec2& p : bridges.front().points)
-                    add(p, bridges.front().sigma_mm, SmoothingSystem::supposed);
+                for (const auto& [position, sigma_mm] : bridges.front().points)
+                    add(position, sigma_mm, SmoothingSystem::supposed);
         }
         points_ = all_;
     }

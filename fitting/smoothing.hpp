@@ -63,12 +63,17 @@ struct SmoothCurve {
     CurveNoise noise;
 };
 
-/// Where nothing was measured behind point `before`: points where the curve may be supposed to go, each uncertain by
-/// `sigma_mm`. They keep it from going astray there and weigh next to nothing beside what was measured.
+/// Where a curve may be supposed to go, with the standard deviation of that.
+struct SupposedPoint {
+    Vec2 position = Vec2::Zero();
+    double sigma_mm = 0.0;
+};
+
+/// Supposed points where nothing was measured behind point `before`: they keep the curve from going astray there and
+/// weigh next to nothing beside what was measured.
 struct GapBridge {
     std::size_t before = 0;
-    std::vector<Vec2> points;
-    double sigma_mm = 0.0;
+    std::vector<SupposedPoint> points;
 };
 
 /// Fits points that go round once, counter-clockwise, in order; `bridges` in their order. Nothing is told about the

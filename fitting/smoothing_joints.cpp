@@ -164,6 +164,7 @@ core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system) {
     system.measure_jumps();
     auto joints = find_curvature_joints(system.breaks(), system.slopes(), system.lengths_mm(), system.sigma_mm());
     add_supposed_joints(system.breaks(), system.slopes(), system.lengths_mm(), system.sigma_mm(), joints);
+    std::erase_if(joints, [&](const CurvatureJoint& joint) { return !system.was_measured(joint.t); });
     for (CurvatureJoint& joint : joints)
         joint.t = on_grid(joint.t);
     const auto plain = joints.empty() ? SmoothingSystem::State() : system.state();

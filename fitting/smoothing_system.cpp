@@ -353,6 +353,12 @@ void SmoothingSystem::set_curve() {
     curve_ = PiecewiseCubic(breaks_, std::move(pieces), true);
 }
 
+bool SmoothingSystem::was_measured(double t) const {
+    if (supposed_.empty()) return true;
+    const auto behind = static_cast<std::size_t>(std::lower_bound(t_.begin(), t_.end(), t) - t_.begin());
+    return supposed_[behind % t_.size()] == 0.0 || supposed_[(behind + t_.size() - 1) % t_.size()] == 0.0;
+}
+
 double SmoothingSystem::variance(std::size_t span, const Four& values) const {
     double sum = 0.0;
     for (std::size_t a = 0; a < 4; ++a) {

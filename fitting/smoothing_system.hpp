@@ -63,6 +63,8 @@ class SmoothingSystem {
     const std::vector<double>& lengths_mm() const { return length_; }  ///< of the spans
     const std::vector<double>& parameters() const { return t_; }       ///< of the points' feet
     const std::vector<double>& residuals() const { return residual_; }
+    /// Whether the points around a parameter were measured; false where they are only supposed.
+    bool was_measured(double t) const;
     /// By the latest solution: variances over sigma_mm^2 of a control across the curve, of the curve in a span where
     /// its functions have these values, and of the curve at a point's foot by its own noise.
     double control_variance(std::size_t control) const { return inverse_[wrapped(control)][0]; }

@@ -248,6 +248,7 @@ class SectionMover {
 
         SurfaceSection result;
         result.fit.closed = true;
+        result.fit.missing = flat_.missing;
         result.fit.verdicts = flat_.verdicts;
         result.fit.rejected = flat_.rejected;
         result.fit.noise_sigma_mm = flat_.noise_sigma_mm;

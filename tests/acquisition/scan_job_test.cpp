@@ -163,7 +163,7 @@ TEST_F(ScanJobTest, ABadPartEndsTheRunOnRequestAsSoonAsThatIsCertain) {
     EXPECT_FALSE(result.complete);
     EXPECT_TRUE(holds(verdict_reasons(result).at(0), "profile_")) << verdict_reasons(result).at(0);
     ASSERT_EQ(result.sections.size(), 1U);
-    EXPECT_FALSE(result.sections[0].closed());
+    EXPECT_FALSE(result.sections[0].all_round());
     EXPECT_LT(ran.outcome.samples, 600U);
     EXPECT_EQ(machine.count("scan"), 1U);
     EXPECT_EQ(machine.count("retract"), 1U);

@@ -30,8 +30,12 @@ bool round_the_te(const RecordedPoint& point, const Eigen::Vector2d&) {
 
 /// The leaning blade, judged without the points of its middle section that are missing.
 PartResult judged_without(const Missing& missing, const std::string& gate,
-                          const std::vector<std::size_t>& sections = {1}, double thicken_mm = 0.0) {
-    const LeaningPart part(leaning_text(gate), Eigen::Vector2d::Zero(), thicken_mm);
+                          const std::vector<std::size_t>& sections = {1}, double thicken_mm = 0.0,
+                          bool laid_onto_nominal = true) {
+    std::string text = leaning_text(gate);
+    const std::string alignment = "[alignment]\nkind = \"section\"\n";
+    if (!laid_onto_nominal) text.erase(text.find(alignment), alignment.size());
+    const LeaningPart part(text, Eigen::Vector2d::Zero(), thicken_mm);
     PartJudge judge;
     for (std::size_t i = 0; i < part.setups.size(); ++i) {
         auto points = part.points(i);
@@ -150,13 +154,49 @@ TEST(SectionGaps, WithoutAnySectionAllRoundTheOffsetStaysInThePlane) {
     }
 }
 
-TEST(SectionGaps, WithoutAnEdgeASectionIsOpen) {
+TEST(SectionGaps, WithoutAnEdgeTheRestIsJudged) {
     const auto part = judged_without(round_the_te, judged);
-    EXPECT_FALSE(part.sections[1].closed());
-    EXPECT_NE(part.sections[1].why.find("open, nothing was measured between"), std::string::npos)
-        << part.sections[1].why;
-    EXPECT_TRUE(part.sections[0].closed());
+    const SectionResult& section = part.sections[1];
+    ASSERT_TRUE(section.closed()) << section.why;
+    EXPECT_FALSE(section.all_round());
+    EXPECT_NE(section.why_not_all_round().find("nothing was measured between"), std::string::npos);
+    EXPECT_TRUE(section.nose_mm(fitting::Zone::le));
+    EXPECT_FALSE(section.nose_mm(fitting::Zone::te));
+    EXPECT_EQ(section.compensation.state, Compensation::State::final) << section.compensation.note;
+    EXPECT_LT(section.compensation.change_mm, 0.05);
+    EXPECT_EQ(section.find("profile_le")->decision, Decision::accept) << section.find("profile_le")->note;
+    EXPECT_EQ(section.find("profile_suction")->decision, Decision::undecided);
+    EXPECT_TRUE(section.find("profile_suction")->value);
+    EXPECT_FALSE(section.find("profile_te")->value);
+    EXPECT_TRUE(section.find("le_radius")->value) << section.find("le_radius")->note;
+    for (const auto* name : {"te_radius", "chord"})
+        EXPECT_FALSE(section.find(name)->value) << name;
     EXPECT_EQ(part.verdict(), Decision::undecided);
+    const std::string json = result_json(part), page = report_html(part);
+    EXPECT_EQ(count_of(json, "\"closed\": false"), 1U);
+    EXPECT_EQ(count_of(json, "\"why\": \"nothing was measured between"), 1U);
+    EXPECT_EQ(count_of(page, "Measured in part: nothing was measured between"), 1U);
+    EXPECT_EQ(count_of(page, "<b>Leading edge</b>"), 3U);
+    EXPECT_EQ(count_of(page, "<b>Trailing edge</b>"), 2U);
+}
+
+TEST(SectionGaps, OneSideAloneIsJudged) {
+    const Missing but_suction = [](const RecordedPoint&, const Eigen::Vector2d& normal) { return normal.y() < 0.7; };
+    for (const double thicken_mm : {0.0, 0.15}) {
+        const auto part = judged_without(but_suction, judged, {0, 1, 2}, thicken_mm, false);
+        for (const SectionResult& section : part.sections) {
+            ASSERT_TRUE(section.closed()) << section.why;
+            EXPECT_FALSE(section.all_round());
+            const auto& suction = *section.find("profile_suction");
+            ASSERT_TRUE(suction.value) << suction.note;
+            EXPECT_NEAR(*suction.value, 2.0 * thicken_mm, 0.06) << suction.note;
+            EXPECT_EQ(suction.decision, thicken_mm > 0.1 ? Decision::reject : Decision::undecided) << suction.note;
+            for (const auto* name :
+                 {"profile_le", "profile_pressure", "le_radius", "te_radius", "chord", "max_thickness"})
+                EXPECT_FALSE(section.find(name)->value) << name;
+        }
+        EXPECT_EQ(part.verdict(), thicken_mm > 0.1 ? Decision::reject : Decision::undecided);
+    }
 }
 
 }  // namespace

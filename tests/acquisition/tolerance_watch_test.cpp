@@ -146,7 +146,7 @@ TEST_F(ToleranceWatchTest, ASectionThatWasBrokenOffIsRejectedAllTheSame) {
     live.add(std::span(measured).first(measured.size() / 2));
     SectionJudge judge;
     const auto result = judge.finish(setup, live.points());
-    EXPECT_FALSE(result.closed());
+    EXPECT_FALSE(result.all_round());
     EXPECT_EQ(result.decision(), Decision::reject);
     std::size_t rejected = 0;
     for (const auto& c : result.characteristics) {
@@ -155,7 +155,7 @@ TEST_F(ToleranceWatchTest, ASectionThatWasBrokenOffIsRejectedAllTheSame) {
         EXPECT_NEAR(*c.value, 0.16, 8.0 * noise_mm);
         EXPECT_GT(*c.value - *c.guard_reject, *c.upper);
     }
-    EXPECT_EQ(rejected, 1U);
+    EXPECT_GE(rejected, 1U);
     EXPECT_EQ(judge.finish(setup, LiveSection(setup, test_lsb_mm, core::PartFromMachine(), 0).points()).decision(),
               Decision::undecided);
 }

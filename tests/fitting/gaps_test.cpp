@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 
+#include "fitting/nominal.hpp"
 #include "fitting/section.hpp"
 #include "support/families.hpp"
 
@@ -51,6 +53,22 @@ bool on_suction_side(double t) {
 /// Parts are LE, pressure side, TE, suction side: all of the TE and an eighth of either side.
 bool round_the_te(double t) {
     return t > 1.875 && t < 3.125;
+}
+
+/// The blade itself, or one that differs from it by up to 1.8 `off_mm`.
+NominalSection nominal_of(const families::Blade& blade, double off_mm = 0.0) {
+    constexpr int places = 1200;
+    std::vector<Vec2> points;
+    std::vector<double> way(1, 0.0);
+    for (int i = 0; i <= places; ++i) {
+        points.push_back(blade.at(4.0 * (i % places) / places).position);
+        if (i > 0) way.push_back(way.back() + (points[i] - points[i - 1]).norm());
+    }
+    points.pop_back();
+    for (int i = 0; i < places; ++i)
+        points[i] += off_mm * (1.0 + 0.8 * std::sin(4.0 * std::numbers::pi * way[i] / way.back())) *
+                     blade.at(4.0 * i / places).normal();
+    return analyse_nominal(points, {blade.le().nose, blade.te().nose}).value();
 }
 
 double unmeasured_share(const SectionFit& fit) {
@@ -104,14 +122,17 @@ TEST(Gaps, ItDoesNotMatterWhereTheScanBegins) {
     }
 }
 
-/// Nothing tells the way round an edge: wherever the scan begins, and however sparse the sides beside it are.
-TEST(Gaps, AnEdgeThatWasNotMeasuredLeavesTheSectionOpen) {
-    const std::function<bool(double)> edges[] = {round_the_te, [](double t) { return t > 2.0 && t < 3.0; },
-                                                 [](double t) { return t < 1.0; }};
+const std::function<bool(double)> edges_missing[] = {round_the_te, [](double t) { return t > 2.0 && t < 3.0; },
+                                                     [](double t) { return t < 1.0; }};
+
+/// Nothing tells which edge it is, wherever the scan begins, and however sparse the sides beside it are.
+TEST(Gaps, WithoutNominalAndHintsAMissingEdgeLeavesTheSectionOpen) {
     for (const auto family : families::all_families)
-        for (const auto& missing : edges) {
+        for (const auto& missing : edges_missing) {
             SCOPED_TRACE(families::to_string(family));
             PartialScan partial(family, missing);
+            partial.options.le_hint.reset();
+            partial.options.te_hint.reset();
             for (int turned = 0; turned < 3; ++turned) {
                 const auto fit = fit_section(partial.points, {}, partial.options);
                 ASSERT_FALSE(fit);
@@ -121,6 +142,71 @@ TEST(Gaps, AnEdgeThatWasNotMeasuredLeavesTheSectionOpen) {
                 std::rotate(partial.points.begin(), partial.points.begin() + 151, partial.points.end());
             }
         }
+}
+
+/// With a nominal, or hints that say which edge it is, the rest is as good as ever, and nothing is said of the edge.
+TEST(Gaps, AnEdgeMayBeMissing) {
+    for (const auto family : families::all_families)
+        for (const auto& missing : {edges_missing[1], edges_missing[2]})
+            for (const bool with_nominal : {false, true}) {
+                SCOPED_TRACE(families::to_string(family) + (with_nominal ? ", nominal" : ", hints"));
+                PartialScan partial(family, missing);
+                const auto nominal = nominal_of(partial.blade);
+                if (with_nominal) partial.options.nominal = &nominal.curve();
+                const auto fit = partial.fit();
+                EXPECT_NE(fit.missing.find("nothing was measured between"), std::string::npos) << fit.missing;
+                EXPECT_LT(largest_error(partial.blade, fit), 6e-3);
+                const bool le = missing(0.5);
+                EXPECT_FALSE((le ? fit.le : fit.te).valid);
+                EXPECT_TRUE((le ? fit.te : fit.le).valid) << (le ? fit.te : fit.le).why;
+                for (const auto& p : fit.contour) {
+                    const double t = partial.blade.closest(p.position_mm).t;
+                    EXPECT_FALSE(p.measured && missing(t)) << t;
+                }
+            }
+}
+
+/// Where the scan begins, in which direction it goes, where the part lies and how far it is from its nominal.
+struct SideCase {
+    std::string name;
+    std::function<bool(double)> missing;
+};
+
+TEST(Gaps, ASideMayBeMissingWhereANominalTellsTheWay) {
+    const SideCase cases[] = {{"pressure side alone", [](double t) { return t < 1.0 || t > 2.0; }},
+                              {"suction side alone", [](double t) { return t < 3.0; }},
+                              {"no suction side", [](double t) { return t > 3.0; }},
+                              {"no pressure side", [](double t) { return t > 1.0 && t < 2.0; }},
+                              {"half of the suction side alone", [](double t) { return t < 3.3 || t > 3.7; }},
+                              {"no edges", [](double t) { return t < 1.0 || (t > 2.0 && t < 3.0); }}};
+    for (const auto family : families::all_families)
+        for (const auto& one : cases)
+            for (const double off_mm : {0.0, 0.1}) {
+                PartialScan partial(family, one.missing);
+                const auto nominal = nominal_of(partial.blade, off_mm);
+                partial.options.nominal = &nominal.curve();
+                const PlaneMotion laid{Vec2::Zero(), Vec2(0.8, -0.4), 0.02};
+                for (Vec2& p : partial.points)
+                    p = laid.apply(p);
+                auto& points = partial.points;
+                std::rotate(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(points.size() / 3),
+                            points.end());
+                for (const bool backwards : {false, true}) {
+                    SCOPED_TRACE(families::to_string(family) + ", " + one.name + (backwards ? ", backwards" : ""));
+                    if (backwards) std::reverse(points.begin(), points.end());
+                    auto fit = partial.fit();
+                    EXPECT_FALSE(fit.missing.empty());
+                    std::size_t within = 0, measured = 0;
+                    for (auto& p : fit.contour) {
+                        p.position_mm = laid.undo(p.position_mm);
+                        measured += p.measured ? 1 : 0;
+                        within += p.measured && std::abs(partial.blade.distance(p.position_mm)) < p.u95_mm ? 1 : 0;
+                    }
+                    EXPECT_LT(largest_error(partial.blade, fit), 4e-3);
+                    EXPECT_GT(measured, 2000U);
+                    EXPECT_GT(static_cast<double>(within), 0.88 * static_cast<double>(measured));
+                }
+            }
 }
 
 /// Wherever on a side it lies, also beside an edge, where what is missing cannot be told from the dense points alone.
@@ -184,11 +270,12 @@ TEST(Gaps, NumbersSayHowMuchOfThemWasNotMeasured) {
     EXPECT_EQ(fit.contour_noise.of(fit.contour, nose).in_gaps, 0.0);
 }
 
-TEST(Gaps, OneSideAloneIsOpen) {
+TEST(Gaps, OneSideAloneIsOpenWithoutANominal) {
     const PartialScan partial(families::Family::turbine, [](double t) { return t < 3.0; });
     const auto fit = fit_section(partial.points, {}, partial.options);
     ASSERT_FALSE(fit);
-    EXPECT_NE(fit.error().message.find("open"), std::string::npos) << fit.error().message;
+    EXPECT_NE(fit.error().message.find("without a nominal nothing tells the way"), std::string::npos)
+        << fit.error().message;
 }
 
 }  // namespace

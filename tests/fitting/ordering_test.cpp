@@ -13,9 +13,12 @@
 namespace cmm::fitting {
 namespace {
 
-core::Result<Lap> lap_of(const std::vector<Vec2>& points) {
+core::Result<Lap> lap_of(const std::vector<Vec2>& points, const ClosedCurve* nominal = nullptr) {
+    SectionOptions options;
+    options.reject_floor_mm = 0.010;
+    options.nominal = nominal;
     std::vector<char> duplicate;
-    return order_lap(points, usable_points(points, std::vector<char>(points.size(), 0), duplicate), 0.010);
+    return order_lap(points, usable_points(points, std::vector<char>(points.size(), 0), duplicate), options);
 }
 
 double longest_step(const std::vector<Vec2>& points, const Lap& lap) {

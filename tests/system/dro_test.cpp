@@ -185,8 +185,10 @@ TEST(Dro, ATypedWordEndsASection) {
     ASSERT_EQ(sections.size(), 2U);
     EXPECT_EQ(sections[0].at("points"), "150");
     EXPECT_EQ(sections[1].at("points"), "0");
-    for (const auto& section : sections)
-        EXPECT_EQ(section.at("profile_le_decision"), "not_evaluable");
+    for (const auto& section : sections) {
+        EXPECT_EQ(section.at("closed"), "0");
+        EXPECT_EQ(section.at("chord_decision"), "not_evaluable");
+    }
 }
 
 TEST(Dro, SaysWhatItCannotDo) {

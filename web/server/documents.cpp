@@ -93,6 +93,11 @@ std::string contour_rows(const acquisition::SectionResult& section) {
     return rows.text();
 }
 
+std::string nose_row(const acquisition::SectionResult& section, fitting::Zone edge) {
+    const auto nose = section.nose_mm(edge);
+    return nose ? Row().add(*nose).text() : "null";
+}
+
 std::string judged_rows(const acquisition::SectionResult& section) {
     Row rows;
     for (const auto& point : section.points) {
@@ -268,14 +273,14 @@ core::Result<std::string> section_document(RunReview& review, std::size_t index)
         .add("name", section.name)
         .add("z_mm", section.z_mm, place_digits)
         .add("finished", found->finished)
-        .add("closed", section.closed())
+        .add("closed", section.all_round())
         .add("decision", acquisition::to_string(section.decision()))
         .add("rejected", section.rejected())
-        .add("why", section.why);
+        .add("why", section.why_not_all_round());
     if (section.closed()) {
         fields.add("noise_mm", section.fit->noise_sigma_mm, 6)
-            .raw("le", Row().add(section.fit->le_point_mm).text())
-            .raw("te", Row().add(section.fit->te_point_mm).text());
+            .raw("le", nose_row(section, fitting::Zone::le))
+            .raw("te", nose_row(section, fitting::Zone::te));
     }
     fields.raw("characteristics", characteristic_rows(section))
         .raw("contour", contour_rows(section))

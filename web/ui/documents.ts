@@ -22,7 +22,7 @@ export interface Characteristic {
 }
 export interface Section {
   index: number; name: string; z_mm: number; finished: boolean; closed: boolean; decision: Decision; rejected: number; why: string;
-  noise_mm?: number; le?: [number, number]; te?: [number, number];
+  noise_mm?: number; le?: [number, number] | null; te?: [number, number] | null;
   characteristics: Characteristic[]; contour: ContourRow[]; points: JudgedPoint[];
 }
 /** Needs several sections; `section` null: of the whole part. */
