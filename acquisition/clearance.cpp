@@ -148,9 +148,11 @@ std::optional<Vector2d> Clearance::way_from(const Vector3d& p) const {
         const double length = (exit - plane).norm();
         if (length >= best_score) continue;
         bool free = true;
-        for (double s = check_step_mm; free && s < length; s += check_step_mm) {
+        for (double s = check_step_mm; free && s < length;) {
             const Vector2d at = plane + (exit - plane) * (s / length);
-            free = gap_mm({at.x(), at.y(), p.z()}) >= needed;
+            const double room = gap_mm({at.x(), at.y(), p.z()}) - needed;
+            free = room >= 0.0;
+            s += std::max(check_step_mm, room);  // the room changes by no more than the way
         }
         if (!free) continue;
         best = exit;

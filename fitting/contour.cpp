@@ -22,7 +22,7 @@ namespace {
 using core::ErrorCode;
 
 constexpr double spread_by_turning = 0.25;  // of the contour points that are spread by turning, the rest by length
-constexpr double least_measured = 0.1;     // share of a contour, by which its points become more at most
+constexpr double least_measured = 0.1;      // share of a contour, by which its points become more at most
 
 class ContourBuilder {
   public:

@@ -14,7 +14,7 @@ constexpr std::size_t way_places = 720;
 constexpr int laying_rounds = 15;
 constexpr double lent_damping = 1e-3;               // of the number of points; turns in units of the nominal's size
 constexpr double longest_step_share = 1.0 / 150.0;  // of the nominal's length
-constexpr double most_step_turn_rad = 0.05, least_step_share = 1e-4;
+constexpr double most_step_turn_rad = 0.05, least_halving = 1e-4;
 constexpr double left_weight = 20.0;
 constexpr double lent_sigma_share = 0.25;  // of a step
 constexpr double least_pace = 0.1;         // of the ball's way over the nominal's: less is a fold in a hollow
@@ -100,8 +100,7 @@ std::vector<SupposedPoint> LentWay::between(const Vec2& from, const Vec2& to) co
     Vec2 last = from, normal = nominal_->evaluate(from_mm).normal;
     for (double gone_mm = 0.0, step_mm = longest_mm;;) {
         CurvePoint at = nominal_->evaluate(from_mm + gone_mm + step_mm);
-        while (std::abs(turn_angle(normal, at.normal)) > most_step_turn_rad &&
-               step_mm > least_step_share * longest_mm) {
+        while (std::abs(turn_angle(normal, at.normal)) > most_step_turn_rad && step_mm > least_halving * longest_mm) {
             step_mm *= 0.5;
             at = nominal_->evaluate(from_mm + gone_mm + step_mm);
         }

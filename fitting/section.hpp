@@ -36,7 +36,7 @@ struct SectionOptions {
     std::optional<Eigen::Vector2d>
         le_hint;  ///< a point near the LE (from the nominal); otherwise the larger edge radius is LE
     std::optional<Eigen::Vector2d> te_hint;
-    const ClosedCurve* nominal = nullptr;       ///< lends its way where an edge or a side was not measured
+    const ClosedCurve* nominal = nullptr;         ///< lends its way where an edge or a side was not measured
     std::optional<EdgeModel> le_model, te_model;  ///< asked for; otherwise the points choose
     double fairing_mm = 0.0;  ///< A20: how far fairing may move the contour; 0: none, as befits a tolerance decision
     /// A22: angle of the surface to the section normal plane where it is known (one per contour is enough for the

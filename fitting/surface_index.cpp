@@ -27,8 +27,8 @@ constexpr double least_width = 1e-10;
 // Cells of the order in which scattered points are visited, per axis; fewer points are not worth a sort.
 constexpr double patch_grid_cells = 32.0, cells_of_a_jump = 4.0;
 constexpr std::size_t cubes = 32 * 32 * 32, least_in_order = 512;
-// More than rounding to single precision does to a coordinate and to the square of a distance. Beyond `farthest_exact_mm` it
-// would leave nothing: boxes then exclude nothing.
+// More than rounding to single precision does to a coordinate and to the square of a distance. Beyond
+// `farthest_exact_mm` it would leave nothing: boxes then exclude nothing.
 constexpr double rounding_of_float = 0x1p-22, farthest_exact_mm = 1e6;
 
 /// Gradient and second derivatives of |S - p|^2 / 2.
