@@ -22,6 +22,7 @@ constexpr double least_closing_share = 0.3;  // of the spacing: nearer to the fi
 constexpr double back_lateral_mm = 0.015;    // noise and chord error: nearer to the stretch just measured is on it
 constexpr std::size_t back_reach = 12;       // points that a scan may step back
 constexpr double open_share = 0.25;          // of the way round, in one step
+constexpr double most_misfit_mm = 6.0;       // of points that belong to a nominal
 constexpr double clear_sense = 0.5;          // of the misfit of the wrong sense
 constexpr double far_steps = 8.0;            // from one point to the next: a gap
 constexpr std::size_t start_tries = 6;       // the first points of a scan may be bad
@@ -144,8 +145,8 @@ core::Result<bool> is_clockwise(std::span<const Vec2> good, double twice_area, c
     };
     const double counter_mm = off_mm(LentWay::Sense::counter_clockwise),
                  clockwise_mm = off_mm(LentWay::Sense::clockwise);
-    if (std::min(counter_mm, clockwise_mm) < clear_sense * std::max(counter_mm, clockwise_mm))
-        return clockwise_mm < counter_mm;
+    const double better_mm = std::min(counter_mm, clockwise_mm), worse_mm = std::max(counter_mm, clockwise_mm);
+    if (better_mm < most_misfit_mm && better_mm < clear_sense * worse_mm) return clockwise_mm < counter_mm;
     return core::fail(ErrorCode::fit_not_evaluable,
                       "section: open, and the nominal does not tell on which side of the points the material lies");
 }
