@@ -21,7 +21,6 @@ constexpr std::size_t bridge_points = 12;
 constexpr double bridge_sigma_share = 0.02;  // of the gap's width
 constexpr double least_gap_balls = 0.25;     // of the ball radius: round what is narrower it turns by a quarter at most
 constexpr double most_bridged_turn_rad = 1.2;                 // from before a gap to behind it: more is an edge
-constexpr double most_share = 0.3;                            // of the way round
 constexpr std::size_t least_points_in_part = 40;              // of a section that misses an edge or a side
 constexpr double most_edge_turn_rad = 4.0, edge_reach = 2.0;  // in widths of the gap
 
@@ -145,7 +144,7 @@ std::vector<Gap> find_gaps(std::span<const Vec2> points, const SectionOptions& o
 }
 
 bool Gap::on_side() const {
-    return turn_rad <= most_bridged_turn_rad && share <= most_share;
+    return turn_rad <= most_bridged_turn_rad && share <= most_bridged_share;
 }
 
 core::Result<Bridges> bridges_over(std::span<const Vec2> points, std::span<const Gap> gaps,
@@ -166,7 +165,7 @@ core::Result<Bridges> bridges_over(std::span<const Vec2> points, std::span<const
         if (options.nominal != nullptr) {
             if (!lent) lent.emplace(*options.nominal, options.ball_radius_mm, points);
             bridges.over.push_back({gap.before, lent->between(points[gap.before], points[gap.behind])});
-        } else if (gap.share <= most_share && is_edge(points, gap, way, options)) {
+        } else if (gap.share <= most_bridged_share && is_edge(points, gap, way, options)) {
             bridges.over.push_back({gap.before, way.evenly()});
         } else {
             return core::fail(core::ErrorCode::fit_not_evaluable,

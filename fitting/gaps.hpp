@@ -23,6 +23,9 @@ struct Gap {
     bool on_side() const;
 };
 
+/// Of the way round, in one step: over more the points do not tell how the curve goes on, nor which way round it goes.
+inline constexpr double most_bridged_share = 0.3;
+
 /// Of the points next to a gap so many may be bad together without anybody beyond to bear witness against them: the
 /// contour counts as measured behind them.
 inline constexpr std::size_t beside_gap = 4;

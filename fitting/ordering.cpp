@@ -8,6 +8,7 @@
 
 #include "core/text.hpp"
 #include "fitting/closest_point.hpp"
+#include "fitting/gaps.hpp"
 #include "fitting/lent_way.hpp"
 #include "fitting/outliers.hpp"
 
@@ -21,7 +22,6 @@ constexpr double duplicate_share = 0.02;     // of the median spacing: nearer th
 constexpr double least_closing_share = 0.3;  // of the spacing: nearer to the first point a last one repeats it
 constexpr double back_lateral_mm = 0.015;    // noise and chord error: nearer to the stretch just measured is on it
 constexpr std::size_t back_reach = 12;       // points that a scan may step back
-constexpr double open_share = 0.25;          // of the way round, in one step
 constexpr double most_misfit_mm = 6.0;       // of points that belong to a nominal
 constexpr double clear_sense = 0.5;          // of the misfit of the wrong sense
 constexpr double far_steps = 8.0;            // from one point to the next: a gap
@@ -139,7 +139,7 @@ core::Result<bool> is_clockwise(std::span<const Vec2> good, double twice_area, c
         longest_mm = std::max(longest_mm, step_mm);
         whole_mm += step_mm;
     }
-    if (options.nominal == nullptr || longest_mm < open_share * whole_mm) return twice_area < 0.0;
+    if (options.nominal == nullptr || longest_mm <= most_bridged_share * whole_mm) return twice_area < 0.0;
     const auto off_mm = [&](LentWay::Sense sense) {
         return LentWay(*options.nominal, options.ball_radius_mm, good, sense).misfit_mm();
     };
