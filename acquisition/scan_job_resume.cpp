@@ -87,7 +87,6 @@ ScanJob::Step ScanJob::take_up() {
     if (!drained) co_return tl::unexpected(drained.error());
     if (auto status = co_await drivers::until_durable(*journal_); !status) co_return status;
     if (auto status = co_await restore_sections(); !status) co_return status;
-    if (stop_requested_) co_return core::Status{};
     co_return co_await leave_part();
 }
 
@@ -203,7 +202,8 @@ ScanJob::Step ScanJob::leave_part() {
     if (!where) co_return tl::unexpected(where.error());
     const auto now = co_await machine_.state();
     if (!now) co_return tl::unexpected(now.error());
-    if (!now->homed || !capabilities_.moves) co_return core::Status{};
+    // A stop that the controller heard before the fault was cleared has been cleared with it.
+    if (stop_requested_ || !now->homed || !capabilities_.moves) co_return core::Status{};
     if (const auto off = off_datum(*where)) {
         const Eigen::Vector3d target = *where + plan_.approach_mm * *off;
         co_return co_await machine_.move(target, plan_.approach_speed_mm_s);

@@ -49,6 +49,26 @@ TEST_F(ScanJobTest, ANewRunLeavesThePartOnWhichAnotherOneStopped) {
     }
 }
 
+TEST_F(ScanJobTest, AStopRequestBeforeANewRunLeavesThePartMovesNothing) {
+    for (const std::size_t state : {1U, 2U, 3U}) {  // each time it is asked for: before and after the fault was cleared
+        std::filesystem::remove(file);
+        forget();
+        machine.status.homed = true;
+        machine.status.state = drivers::MachineState::stopped;
+        machine.status.position_mm = job.plan.paths[1].points[7].centre_mm;
+        with_job = [&](ScanJob& scan) {
+            machine.on_call = [&](const std::string& call) {
+                if (call == "clear_fault" || (call == "state" && machine.count("state") == state)) scan.request_stop();
+            };
+        };
+        const auto ran = run();
+        ASSERT_TRUE(ran.outcome.error) << state;
+        EXPECT_EQ(ran.outcome.error->code, ErrorCode::cancelled);
+        EXPECT_TRUE(machine.moves.empty()) << state;
+        EXPECT_EQ(machine.count("home") + machine.count("qualify"), 0U);
+    }
+}
+
 TEST_F(ScanJobTest, MeasuresAndJudgesEverySection) {
     const auto ran = run();
     ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
