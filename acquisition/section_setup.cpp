@@ -61,6 +61,19 @@ fitting::SectionOptions section_options(const SectionSetup& setup) {
     return options;
 }
 
+namespace {
+
+/// A section that was called out while it was measured, and not measured to its end, stays rejected however it is
+/// judged.
+void keep_called_out(const SectionSetup& setup, SectionResult& section) {
+    if (section.all_round() || !setup.nominal || section.decision() == Decision::reject) return;
+    LiveSection live(setup, 1.0, core::PartFromMachine(), section.points.size());
+    live.restore(section.points);
+    if (live.exceedance()) reject_by(*live.exceedance(), section);
+}
+
+}  // namespace
+
 SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit> fit, const SectionSetup& setup,
                         const SectionAlignment* shared, Lean lean) {
     EvaluationOptions evaluation;
@@ -85,6 +98,7 @@ SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit>
     section = evaluate_section(std::move(section), std::move(fit), nominal, evaluation,
                                setup.nominal ? &setup.nominal->section : nullptr, shared);
     if (setup.nominal) section.nominal_surface = setup.nominal->surface;
+    keep_called_out(setup, section);
     return section;
 }
 
@@ -117,12 +131,7 @@ SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<Record
     section.name = setup.name;
     section.z_mm = setup.z_mm;
     section.points = std::move(points);
-    section = judge_fit(std::move(section), std::move(fit), setup);
-    if (section.all_round() || !setup.nominal) return section;
-    LiveSection live(setup, 1.0, core::PartFromMachine(), section.points.size());
-    live.restore(section.points);
-    if (live.exceedance() && section.decision() != Decision::reject) reject_by(*live.exceedance(), section);
-    return section;
+    return judge_fit(std::move(section), std::move(fit), setup);
 }
 
 }  // namespace cmm::acquisition
