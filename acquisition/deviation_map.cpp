@@ -81,11 +81,7 @@ Strip unroll(const SectionResult& section) {
     const std::size_t n = contour.size();
     const double around =
         contour.back().arc_length_mm + (contour.front().position_mm - contour.back().position_mm).norm();
-    std::size_t te = 0;
-    for (std::size_t i = 1; i < n; ++i)
-        if ((contour[i].position_mm - section.fit->te_point_mm).squaredNorm() <
-            (contour[te].position_mm - section.fit->te_point_mm).squaredNorm())
-            te = i;
+    const auto te = static_cast<std::size_t>(&nearest_to(contour, section.fit->te_point_mm) - contour.data());
     auto deviation_mm = surface_deviations(section);
     const bool in_space = !deviation_mm.empty();
     if (!in_space) deviation_mm = section.deviation_mm;

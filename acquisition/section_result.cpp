@@ -151,11 +151,7 @@ std::string SectionResult::why_not_all_round() const {
 std::optional<Eigen::Vector2d> SectionResult::nose_mm(fitting::Zone edge) const {
     if (!closed()) return std::nullopt;
     const Eigen::Vector2d& nose = edge == fitting::Zone::le ? fit->le_point_mm : fit->te_point_mm;
-    const auto nearer = [&](const fitting::ContourPoint& a, const fitting::ContourPoint& b) {
-        return (a.position_mm - nose).squaredNorm() < (b.position_mm - nose).squaredNorm();
-    };
-    const auto nearest = std::min_element(fit->contour.begin(), fit->contour.end(), nearer);
-    return nearest->measured ? std::optional(nose) : std::nullopt;
+    return nearest_to(fit->contour, nose).measured ? std::optional(nose) : std::nullopt;
 }
 
 std::vector<ContourGap> SectionResult::gaps() const {
@@ -225,6 +221,14 @@ Decision SectionResult::decision() const {
                                       [](const Characteristic& c) { return c.decision == Decision::accept; });
     if (accepted) return Decision::accept;
     return misses_little(*fit) ? Decision::reported : Decision::undecided;
+}
+
+const fitting::ContourPoint& nearest_to(const std::vector<fitting::ContourPoint>& contour,
+                                        const Eigen::Vector2d& point_mm) {
+    const auto nearer = [&](const fitting::ContourPoint& a, const fitting::ContourPoint& b) {
+        return (a.position_mm - point_mm).squaredNorm() < (b.position_mm - point_mm).squaredNorm();
+    };
+    return *std::min_element(contour.begin(), contour.end(), nearer);
 }
 
 bool misses_little(const fitting::SectionFit& fit) {

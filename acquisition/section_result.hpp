@@ -164,6 +164,10 @@ struct SectionResult {
 double scatter_u95_mm(const fitting::ContourPoint& point, const Alignment& alignment);
 double aligned_u95_mm(const fitting::ContourPoint& point, const Alignment& alignment);
 
+/// Of a contour that is not empty.
+const fitting::ContourPoint& nearest_to(const std::vector<fitting::ContourPoint>& contour,
+                                        const Eigen::Vector2d& point_mm);
+
 /// Whether at most a twentieth of the section lies in gaps.
 bool misses_little(const fitting::SectionFit& fit);
 

@@ -66,13 +66,6 @@ Characteristic edge_radius(const char* name, const fitting::SectionFit& fit, Zon
     return c;
 }
 
-const ContourPoint& nearest_to(const std::vector<ContourPoint>& contour, const Vector2d& point) {
-    const auto nearer = [&](const ContourPoint& a, const ContourPoint& b) {
-        return (a.position_mm - point).squaredNorm() < (b.position_mm - point).squaredNorm();
-    };
-    return *std::min_element(contour.begin(), contour.end(), nearer);
-}
-
 /// The uncertainties of a size between two surfaces: noise in quadrature, offset errors added, as both have one sign.
 double size_u95(const ContourPoint& a, const ContourPoint& b) {
     return std::hypot(a.u95_mm - a.offset_error_mm, b.u95_mm - b.offset_error_mm) + a.offset_error_mm +
