@@ -95,15 +95,17 @@ TEST_F(RunReviewTest, ASectionThatIsStillMeasuredChangesNothingOfTheOthers) {
     const Eigen::Vector2d corner_mm = first->fit->contour[0].position_mm;
     EXPECT_EQ(first->compensation.state, Compensation::State::final);
     begin(2);
-    for (const std::size_t from : {0U, 10U}) {
+    for (const std::size_t from : {0U, 10U, 20U, 30U, 40U}) {
         write(2, from, from + 10);
         ASSERT_TRUE(journal->flush());
         ASSERT_TRUE(review->refresh());
-        EXPECT_FALSE(review->result_at(2).value()->closed());
+        const auto& open = *review->result_at(2).value();
+        EXPECT_EQ(open.closed(), from >= 30) << "from 40 points on a part of it can be shown";
+        EXPECT_FALSE(open.all_round());
         EXPECT_EQ(review->result_at(0).value(), kept);
         EXPECT_EQ(kept->fit->contour[0].position_mm, corner_mm);
     }
-    write(2, 20, count(2));
+    write(2, 50, count(2));
     end(2);
     ASSERT_TRUE(review->refresh());
     const auto& last = *review->result_at(2).value();

@@ -166,12 +166,13 @@ TEST(Gaps, AnEdgeMayBeMissing) {
             }
 }
 
-/// Where the scan begins, in which direction it goes, where the part lies and how far it is from its nominal.
 struct SideCase {
     std::string name;
     std::function<bool(double)> missing;
 };
 
+/// Wherever the scan begins, in whichever direction it goes, and however the part lies to its nominal and differs from
+/// it.
 TEST(Gaps, ASideMayBeMissingWhereANominalTellsTheWay) {
     const SideCase cases[] = {{"pressure side alone", [](double t) { return t < 1.0 || t > 2.0; }},
                               {"suction side alone", [](double t) { return t < 3.0; }},
@@ -268,6 +269,16 @@ TEST(Gaps, NumbersSayHowMuchOfThemWasNotMeasured) {
     Sensitivity nose;
     nose.add(0, 1.0);
     EXPECT_EQ(fit.contour_noise.of(fit.contour, nose).in_gaps, 0.0);
+}
+
+TEST(Gaps, AFewPointsOfASideAreNoSection) {
+    PartialScan partial(families::Family::fan, [](double t) { return t < 3.45 || t > 3.55; });
+    const auto nominal = nominal_of(partial.blade);
+    partial.options.nominal = &nominal.curve();
+    ASSERT_GE(partial.points.size(), 16U);
+    const auto fit = fit_section(partial.points, {}, partial.options);
+    ASSERT_FALSE(fit);
+    EXPECT_NE(fit.error().message.find("too few points beside it"), std::string::npos) << fit.error().message;
 }
 
 TEST(Gaps, OneSideAloneIsOpenWithoutANominal) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "fitting/nominal.hpp"
 #include "fitting/section.hpp"
 #include "support/families.hpp"
 #include "support/truth.hpp"
@@ -103,6 +104,52 @@ TEST(Ordering, TheEndsOfAScanMayBeApart) {
     EXPECT_EQ(lap->index.size(), scan.points.size());
     EXPECT_TRUE(lap->again.empty());
     EXPECT_GT(longest_step(scan.points, *lap), 5.0);
+}
+
+NominalSection nominal_of(const families::Blade& blade) {
+    std::vector<Vec2> outline;
+    for (int k = 0; k < 1200; ++k)
+        outline.push_back(blade.at(4.0 * k / 1200).position);
+    return analyse_nominal(outline, {blade.le().nose, blade.te().nose}).value();
+}
+
+/// The polygon's area has the wrong sign for a hollow side; the nominal tells the sense, also of a stretch, and of a
+/// part that lies beside it. Points at the ends keep their places: beyond the gap the next one is anywhere.
+TEST(Ordering, TheNominalTellsTheSenseOfASideAlone) {
+    for (const auto family : families::all_families) {
+        const auto blade = families::make(family, 3);
+        const auto nominal = nominal_of(blade);
+        for (const auto& [from, to] : {std::pair{1.0, 2.0}, {3.0, 4.0}, {1.3, 1.5}})
+            for (const bool clockwise : {false, true}) {
+                SCOPED_TRACE(families::to_string(family) + " from " + std::to_string(from));
+                std::vector<Vec2> points;
+                for (int k = 0; k < 120; ++k)
+                    points.push_back(blade.ball_centre(from + (to - from) * (k + 0.5) / 120, 1.0) + Vec2(0.6, -0.5));
+                if (clockwise) std::reverse(points.begin(), points.end());
+                const auto lap = lap_of(points, &nominal.curve());
+                ASSERT_TRUE(lap) << lap.error().text();
+                EXPECT_EQ(lap->was_clockwise, clockwise);
+                ASSERT_EQ(lap->index.size(), points.size());
+                for (std::size_t k = 0; k < points.size(); ++k) {
+                    const std::size_t next =
+                        clockwise ? (k + points.size() - 1) % points.size() : (k + 1) % points.size();
+                    const auto here = std::find(lap->index.begin(), lap->index.end(), k);
+                    const auto after = here + 1 == lap->index.end() ? lap->index.begin() : here + 1;
+                    EXPECT_EQ(*after, next);
+                }
+            }
+    }
+}
+
+TEST(Ordering, AnotherBladesNominalTellsNoSense) {
+    const auto fan = families::make(families::Family::fan, 3);
+    const auto nominal = nominal_of(families::make(families::Family::compressor, 5));
+    std::vector<Vec2> points;
+    for (int k = 0; k < 120; ++k)
+        points.push_back(fan.ball_centre(1.0 + (k + 0.5) / 120, 1.0));
+    const auto lap = lap_of(points, &nominal.curve());
+    ASSERT_FALSE(lap);
+    EXPECT_NE(lap.error().message.find("does not tell on which side"), std::string::npos) << lap.error().message;
 }
 
 TEST(Ordering, KeepsOutWhatIsNoPoint) {

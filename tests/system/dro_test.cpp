@@ -187,8 +187,10 @@ TEST(Dro, ATypedWordEndsASection) {
     EXPECT_EQ(sections[1].at("points"), "0");
     for (const auto& section : sections) {
         EXPECT_EQ(section.at("closed"), "0");
-        EXPECT_EQ(section.at("chord_decision"), "not_evaluable");
+        for (const auto* name : {"chord", "te_radius", "profile_te"})
+            EXPECT_EQ(section.at(std::string(name) + "_decision"), "not_evaluable") << name;
     }
+    EXPECT_EQ(sections[1].at("profile_le_decision"), "not_evaluable");
 }
 
 TEST(Dro, SaysWhatItCannotDo) {
