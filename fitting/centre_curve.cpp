@@ -12,6 +12,7 @@
 #include "fitting/gaps.hpp"
 #include "fitting/ordering.hpp"
 #include "fitting/outliers.hpp"
+#include "fitting/stretch_ends.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -92,7 +93,7 @@ class CentreFitter {
     }
 
     core::Status fit_curve() {
-        const BadPoints found = find_bad_points(points_, true, options_.reject_floor_mm);
+        BadPoints found = find_bad_points(points_, true, options_.reject_floor_mm);
         if (static_cast<double>(found.count) > most_bad_share * static_cast<double>(points_.size()) - 1.0)
             return core::fail(ErrorCode::fit_not_evaluable,
                               "section: too many points disagree with their neighbours (" +
@@ -100,8 +101,8 @@ class CentreFitter {
         residual_ = found.residual;
         threshold_ = found.threshold_mm;
         reason_.assign(points_.size(), RejectReason::none);
-        for (std::size_t k = 0; k < points_.size(); ++k)
-            if (found.bad[k] && !fit_.verdicts[index_[k]].kept) reason_[k] = RejectReason::spline_residual;
+        take_verdicts(found);
+        hear_beside_gaps(found);
         core::Status turns;
         for (int cuts = 0; cuts < most_cuts; ++cuts) {
             if (auto status = fit_rounds(found, cuts); !status) return status;
@@ -110,6 +111,22 @@ class CentreFitter {
         }
         if (!turns) return turns;
         return {};
+    }
+
+    void take_verdicts(const BadPoints& found) {
+        for (std::size_t k = 0; k < points_.size(); ++k)
+            reason_[k] =
+                found.bad[k] && !fit_.verdicts[index_[k]].kept ? RejectReason::spline_residual : RejectReason::none;
+    }
+
+    void hear_beside_gaps(BadPoints& found) {
+        collect_good_points();
+        bool any = false;
+        for (const Gap& gap : find_gaps(good_, options_))
+            if (!gap.on_side())
+                any = judge_ends(points_, fitted_[gap.before], fitted_[gap.behind], options_.reject_floor_mm, found) ||
+                      any;
+        if (any) take_verdicts(found);
     }
 
     /// Fit, reject, restore, until nothing changes. After a tangle was cut, verdicts stand.
@@ -218,10 +235,8 @@ class CentreFitter {
     bool revise_verdicts(const BadPoints& found) {
         bool changed = false;
         std::size_t good = 0;
-        double near = smooth_.parameter.back();
         for (std::size_t k = 0; k < points_.size(); ++k) {
             if (reason_[k] == RejectReason::none) {
-                near = smooth_.parameter[good];
                 residual_[k] = smooth_.residual[good];
                 const bool far_off = !found.corner[k] && std::abs(residual_[k]) > reject_share * found.threshold_mm[k];
                 const std::size_t at = good++;
@@ -230,7 +245,7 @@ class CentreFitter {
                 reason_[k] = RejectReason::fit_residual;
                 changed = true;
             } else {
-                residual_[k] = distance_near(points_[k], near);
+                residual_[k] = distance_between(good, points_[k]);
                 // No curve is a witness against clear neighbours.
                 const bool clear = std::abs(found.residual[k]) > clear_share * found.threshold_mm[k];
                 if (clear || std::abs(residual_[k]) > restore_sigmas * found.sigma_mm) continue;
@@ -252,10 +267,13 @@ class CentreFitter {
         return near[5];
     }
 
-    /// Signed distance of a point that is not in the fit, searched from its last good predecessor on.
-    double distance_near(const Vec2& p, double near) const {
+    /// Signed distance of a point that is not in the fit, searched from the nearer of its good neighbours, the
+    /// `behind`-th good point and the one before: between them may be a gap.
+    double distance_between(std::size_t behind, const Vec2& p) const {
         const PiecewiseCubic& curve = smooth_.curve;
-        double t = near;
+        const std::size_t n = good_.size(), after = behind % n, before = (behind + n - 1) % n;
+        const bool is_before = (good_[before] - p).squaredNorm() <= (good_[after] - p).squaredNorm();
+        double t = smooth_.parameter[is_before ? before : after];
         for (int step = 0; step < 10; ++step) {
             const Jet jet = curve.jet(t);
             const double move = (p - jet.position).dot(jet.d1) / std::max(jet.d1.squaredNorm(), 1e-12);
