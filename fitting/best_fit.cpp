@@ -11,10 +11,10 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr std::size_t enough_points = 600;  // least squares of a smooth contour: more tell nothing
+constexpr std::size_t enough_points = 400;  // least squares of a smooth contour: more tell nothing
 constexpr std::size_t least_points = 12;
 constexpr int most_fit_rounds = 60;
-constexpr double still = 1e-10;         // mm, and rad times the section's size
+constexpr double still = 1e-7;          // mm, and rad times the section's size
 constexpr double least_weight = 1e-9;   // of a direction against the best known one: below, it is not determined
 constexpr double no_gain = 1e-10;       // of the largest distance, in the unit of the objective
 constexpr double least_shorter = 1e-6;  // of a min-max step

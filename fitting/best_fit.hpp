@@ -59,7 +59,7 @@ struct BestFit {
     std::vector<MotionSlopes> slopes;  ///< by member
 };
 
-/// Closest points and a step in turn until it moves by less than 1e-10: for least squares that of Gauss and Newton
+/// Closest points and a step in turn until it moves by less than 0.1 nm: for least squares that of Gauss and Newton
 /// along the normals of the nominal, each point weighing the length of contour that it stands for, so that a densely
 /// measured edge does not outweigh a side (Chen and Medioni 1992); for the two others the exact linear min-max step
 /// (chebyshev.hpp), shortened until it gets better. Points whose nearest place on the nominal faces the other way take

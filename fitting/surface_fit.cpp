@@ -173,7 +173,7 @@ class RowsFitter {
         for (std::size_t i = 0; i < n; ++i)
             while (strays[i] < m / rows_to_stray) {
                 const auto less = [](double a, double b) { return std::abs(a) < std::abs(b); };
-                const auto inner = std::max_element(off[i].begin() + 2, off[i].end() - 2, less);
+                const auto inner = std::max_element(off[i].begin() + 1, off[i].end() - 1, less);
                 if (std::abs(*inner) < most(i)) break;
                 found.emplace_back(i, static_cast<std::size_t>(inner - off[i].begin()));
                 set_aside(i, found.back().second);
