@@ -49,7 +49,7 @@ const SectionResult& PartJudge::take_over(const SectionSetup& setup, SectionResu
     const auto place = static_cast<std::size_t>(known - sections_.begin());
     if (known == sections_.end()) sections_.push_back(std::make_unique<Judged>());
     Judged& judged = *sections_[place];
-    judged = Judged{&setup, std::move(result), false, {}, {}};
+    judged = Judged{&setup, std::move(result), false, {}, {}, {}};
     const CompensationMethod method = setup.fitting.compensation;
     judged.result.compensation.asked = method;
     if (has_ball_to_take_off(judged)) {
@@ -130,7 +130,7 @@ void PartJudge::compensate_by_points(Judged& judged, const std::vector<fitting::
                                                 section_options(setup));
     if (!section) return stay_flat(judged, section.error());
     judged.keep_flat();
-    const double change_mm = largest_distance(section->fit.contour, judged.flat->contour);
+    const double change_mm = largest_distance(section->fit.contour, judged.provisional_contour());
     judged.result = judge_fit(std::move(judged.result), std::move(section->fit), setup);
     judged.result.compensation = {Compensation::State::final, {}, 1.0, change_mm, method, section->set_aside};
 }
@@ -142,7 +142,7 @@ void PartJudge::compensate(Judged& judged, const Stack& stack) {
                                                section_options(*judged.setup));
     if (!section) return stay_flat(judged, section.error());
     judged.keep_flat();
-    const double change_mm = largest_distance(section->fit.contour, judged.flat->contour);
+    const double change_mm = largest_distance(section->fit.contour, judged.provisional_contour());
     judged.result = judge_fit(std::move(judged.result), std::move(section->fit), *judged.setup);
     judged.result.compensation = {Compensation::State::final,  {}, section->share, change_mm,
                                   CompensationMethod::surface, 0};
@@ -246,30 +246,54 @@ std::vector<const SectionResult*> PartJudge::begin_completion(bool whole) {
         if (section->has_ball && fitting::needs_neighbours(section->setup->fitting.compensation))
             upwards.push_back(section.get());
     if (upwards.empty()) return {};
+    for (Judged* const section : upwards)
+        if (section->alone) section->flat = std::exchange(section->alone, std::nullopt);
     std::stable_sort(upwards.begin(), upwards.end(),
                      [](const Judged* a, const Judged* b) { return a->result.z_mm < b->result.z_mm; });
-    completion_.emplace(Completion{{fitting::SurfaceCompensation(upwards.front()->setup->ball_radius_mm)}, {}});
     std::vector<const SectionResult*> revised;
-    const auto leave_flat = [&](Judged& section, const core::Error& why) {
-        stay_flat(section, why);
-        revised.push_back(&section.result);
-    };
+    auto laid = lay_stack(upwards, revised);
+    if (laid && leave_out_strays()) laid = lay_stack(upwards, revised);
+    if (laid) return revised;
+    for (Judged* const section : std::exchange(completion_->left, {})) {
+        stay_flat(*section, laid.error());
+        revised.push_back(&section->result);
+    }
+    return revised;
+}
+
+/// The stack of all sections that tell the lean; those that do not continue it stay flat. Errors: those of its fit.
+core::Status PartJudge::lay_stack(const std::vector<Judged*>& upwards, std::vector<const SectionResult*>& revised) {
+    completion_.emplace(Completion{{fitting::SurfaceCompensation(upwards.front()->setup->ball_radius_mm)}, {}});
+    revised.clear();
     std::vector<Judged*>& joined = completion_->left;
     for (Judged* const section : upwards) {
         if (!tells_lean(*section)) {
             joined.push_back(section);
         } else if (auto status = completion_->stack.add(*section); !status) {
-            leave_flat(*section, status.error());
+            stay_flat(*section, status.error());
+            revised.push_back(&section->result);
         } else {
             joined.push_back(section);
         }
     }
     std::reverse(joined.begin(), joined.end());
-    if (auto status = completion_->stack.fit(); !status) {
-        for (Judged* const section : std::exchange(joined, {}))
-            leave_flat(*section, status.error());
+    return completion_->stack.fit();
+}
+
+/// Bad points that only the other sections betray. A section that is rejected by itself stays as it is: points are not
+/// left out to accept it. False when there are none.
+bool PartJudge::leave_out_strays() {
+    bool any = false;
+    for (Judged* const section : completion_->left) {
+        auto fit =
+            fit_without_strays(completion_->stack.surface, *section->setup, section->result, section->in_plane());
+        if (!fit) continue;
+        if (judge_fit(section->result, section->in_plane(), *section->setup).decision() == Decision::reject) continue;
+        section->alone = section->in_plane();
+        section->flat = std::move(*fit);
+        any = true;
     }
-    return revised;
+    return any;
 }
 
 const SectionResult* PartJudge::complete_next() {

@@ -63,9 +63,13 @@ class PartJudge {
         SectionResult result;
         bool has_ball = false;                      ///< to be taken off by more than its plane knows
         std::optional<fitting::SectionFit> flat;    ///< as it was compensated in its plane; none: it still is
+        std::optional<fitting::SectionFit> alone;   ///< as it was fitted by itself; none: no strays are left out of it
         std::optional<SectionAlignment> alignment;  ///< of the whole blade
 
         const fitting::SectionFit& in_plane() const { return flat ? *flat : *result.fit; }
+        const std::vector<fitting::ContourPoint>& provisional_contour() const {
+            return alone ? alone->contour : flat->contour;
+        }
         /// Before the result gets another fit.
         void keep_flat() {
             if (!flat) flat = std::exchange(result.fit, std::nullopt);
@@ -86,6 +90,8 @@ class PartJudge {
         std::vector<Judged*> left;  ///< the lowest last
     };
     static fitting::CentreRow centre_row(const Judged& judged);
+    core::Status lay_stack(const std::vector<Judged*>& upwards, std::vector<const SectionResult*>& revised);
+    bool leave_out_strays();
     static bool has_ball_to_take_off(const Judged& judged);
     static bool tells_lean(const Judged& judged);
     void align();

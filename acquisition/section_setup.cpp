@@ -7,6 +7,7 @@
 #include "acquisition/live_section.hpp"
 #include "acquisition/part_frame.hpp"
 #include "core/text.hpp"
+#include "fitting/stray_points.hpp"
 
 namespace cmm::acquisition {
 
@@ -102,26 +103,62 @@ SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit>
     return section;
 }
 
-SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<RecordedPoint> points) {
+namespace {
+
+using fitting::RejectReason;
+
+/// The points of a section as fit_section takes them, with the verdicts that they bring along.
+struct FitPoints {
     std::vector<Eigen::Vector2d> centres;
-    std::vector<fitting::RejectReason> excluded;
+    std::vector<RejectReason> excluded;
     std::vector<char> kept, later;
-    centres.reserve(points.size());
-    excluded.reserve(points.size());
-    kept.reserve(points.size());
-    later.reserve(points.size());
-    for (const auto& point : points) {
-        centres.push_back(setup.at_20_c(point.centre_mm.head<2>()));
-        excluded.push_back(point.verdict.reason);
-        kept.push_back(static_cast<char>(point.verdict.kept));
-        later.push_back(static_cast<char>(point.pass > 0));
+
+    FitPoints(const SectionSetup& setup, std::span<const RecordedPoint> points) {
+        centres.reserve(points.size());
+        excluded.reserve(points.size());
+        kept.reserve(points.size());
+        later.reserve(points.size());
+        for (const auto& point : points) {
+            centres.push_back(setup.at_20_c(point.centre_mm.head<2>()));
+            const RejectReason reason = point.verdict.reason;
+            const bool stands = reason == RejectReason::no_contact || reason == RejectReason::by_operator;
+            excluded.push_back(stands ? reason : RejectReason::none);
+            kept.push_back(static_cast<char>(point.verdict.kept));
+            later.push_back(static_cast<char>(point.pass > 0));
+        }
     }
+    core::Result<fitting::SectionFit> fit(const fitting::SectionOptions& options) const {
+        return fitting::fit_section(centres, excluded, options, kept, later);
+    }
+};
+
+}  // namespace
+
+std::optional<fitting::SectionFit> fit_without_strays(const fitting::SurfaceCompensation& surface,
+                                                      const SectionSetup& setup, const SectionResult& section,
+                                                      const fitting::SectionFit& flat) {
+    FitPoints points(setup, section.points);
+    const auto strays = fitting::stray_points(surface, section.z_mm, points.centres, flat.verdicts);
+    if (strays.empty()) return std::nullopt;
+    for (const auto& stray : strays)
+        points.excluded[stray.index] = RejectReason::fit_residual;
+    auto options = section_options(setup);
+    options.le_hint = flat.le_point_mm;
+    options.te_hint = flat.te_point_mm;
+    auto fit = points.fit(options);
+    if (!fit) return std::nullopt;
+    for (const auto& stray : strays)
+        fit->verdicts[stray.index].residual_mm = stray.off_mm;
+    return std::move(*fit);
+}
+
+SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<RecordedPoint> points) {
     auto options = section_options(setup);
     if (!options.le_hint && last_le_mm_) {
         options.le_hint = last_le_mm_;
         options.te_hint = last_te_mm_;
     }
-    auto fit = fitting::fit_section(centres, excluded, options, kept, later);
+    auto fit = FitPoints(setup, points).fit(options);
     if (fit && fit->closed && fit->missing.empty()) {
         last_le_mm_ = fit->le_point_mm;
         last_te_mm_ = fit->te_point_mm;

@@ -13,6 +13,7 @@
 #include "acquisition/reference_contour.hpp"
 #include "acquisition/section_alignment.hpp"
 #include "acquisition/section_result.hpp"
+#include "fitting/compensation.hpp"
 #include "fitting/error_fields.hpp"
 #include "fitting/nominal.hpp"
 
@@ -64,6 +65,12 @@ fitting::SectionOptions section_options(const SectionSetup& setup);
 /// (nullptr: not known yet). `lean`: by which the error of the 2-D offset is counted.
 SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit> fit, const SectionSetup& setup,
                         const SectionAlignment* shared = nullptr, Lean lean = Lean::nominal);
+
+/// The fit of a section without the bad points that the other sections betray (fitting::stray_points); none where there
+/// are none. `flat`: as it was fitted by itself.
+std::optional<fitting::SectionFit> fit_without_strays(const fitting::SurfaceCompensation& surface,
+                                                      const SectionSetup& setup, const SectionResult& section,
+                                                      const fitting::SectionFit& flat);
 
 /// Judges single sections of a part, compensated in their planes. Give it a part's sections in order: without a nominal
 /// or hint the first section's edge with the larger radius is the LE, and the following sections take the edge next to

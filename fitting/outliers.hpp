@@ -9,6 +9,9 @@
 
 namespace cmm::fitting {
 
+/// Adjacent points: so many may be bad together; a longer run is a feature of the part.
+inline constexpr std::size_t longest_bad_run = 5;
+
 /// What the bad-point search found, per point of the chain.
 struct BadPoints {
     std::vector<char> bad;

@@ -8,10 +8,9 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double sure_factor = 3.0;     // of a prediction: good
-constexpr double clear_factor = 2.0;    // of a prediction over a wider gap: good
-constexpr double clear_sd = 4.0;        // in sigmas: of such a prediction
-constexpr std::size_t longest_run = 5;  // of adjacent bad points: a longer one is a feature of the part
+constexpr double sure_factor = 3.0;   // of a prediction: good
+constexpr double clear_factor = 2.0;  // of a prediction over a wider gap: good
+constexpr double clear_sd = 4.0;      // in sigmas: of such a prediction
 
 /// How far from its prediction a point may be.
 double farthest(const Verdict& verdict) {
@@ -22,12 +21,12 @@ double farthest(const Verdict& verdict) {
 
 void StretchSearch::settle(std::ptrdiff_t low, std::ptrdiff_t high) {
     grow(low, high);
-    if (longest_open() > longest_run) {
+    if (longest_open() > longest_bad_run) {
         const std::vector<std::ptrdiff_t> grown = open_;
         weed(low, high);
-        if (open_.size() >= grown.size() || longest_open() > longest_run) {
+        if (open_.size() >= grown.size() || longest_open() > longest_bad_run) {
             open_ = grown;
-            if (longest_open() > longest_run) open_.clear();  // so long a run is a feature of the part
+            if (longest_open() > longest_bad_run) open_.clear();  // so long a run is a feature of the part
             for (std::ptrdiff_t i = low; i <= high; ++i)
                 chain_.state(i) = PointState::good;
             for (const std::ptrdiff_t i : open_)
@@ -192,7 +191,7 @@ double StretchSearch::sampling_error(std::ptrdiff_t i) {
 
 /// The good points of a settled stretch once more, with their final neighbours: worst first.
 void StretchSearch::verify(std::ptrdiff_t low, std::ptrdiff_t high) {
-    for (std::size_t tries = 0; tries < longest_run; ++tries) {
+    for (std::size_t tries = 0; tries < longest_bad_run; ++tries) {
         std::ptrdiff_t worst = ChainState::none;
         Verdict found;
         for (std::ptrdiff_t i = low; i <= high; ++i) {

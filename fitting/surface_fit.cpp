@@ -133,8 +133,8 @@ class RowsFitter {
     }
 
     /// Where one row lies apart from what all others say (a run of bad points that nothing in its section betrays), the
-    /// others do not follow it: its place in the column is taken by what they foretell, worst first. The two lowest and
-    /// the two highest rows, which have neighbours on one side only, stand.
+    /// others do not follow it: its place in the column is taken by what they foretell, worst first. The lowest and the
+    /// highest row, which have neighbours on one side only, stand.
     void set_aside_strays() {
         const std::size_t n = columns_.size(), m = rows_.size();
         if (m < rows_to_stray || !smoother_.set_weight(stray_weight)) return;
@@ -162,13 +162,16 @@ class RowsFitter {
             scale[i] = nth_smallest(near, window) / 0.6745;
         }
         std::vector<std::size_t> strays(n, 0);  // of each column
+        const auto most = [&](std::size_t i) { return std::max(stray_sigmas * scale[i], least_stray_mm); };
         const auto set_aside = [&](std::size_t i, std::size_t k) {
+            const double reach = std::max((columns_[(i + 1) % n][k] - columns_[i][k]).norm(),
+                                          (columns_[(i + n - 1) % n][k] - columns_[i][k]).norm());
+            strays_.push_back({k, breaks_[i], reach, most(i)});
             const double freedom = std::max(1.0 - smoother_.leverage(k), least_freedom);
             columns_[i][k] -= off[i][k] / std::sqrt(freedom) * normals_[i][k];
             ++strays[i];
             measure(i);
         };
-        const auto most = [&](std::size_t i) { return std::max(stray_sigmas * scale[i], least_stray_mm); };
         std::vector<std::pair<std::size_t, std::size_t>> found;
         for (std::size_t i = 0; i < n; ++i)
             while (strays[i] < m / rows_to_stray) {
@@ -261,7 +264,7 @@ class RowsFitter {
         }
         auto surface = Surface::make(std::move(*axis), smoother_.axis(), std::move(controls));
         if (!surface) return tl::unexpected(surface.error());
-        return SurfaceFit{std::move(*surface), std::move(freedom_), row_sigma_};
+        return SurfaceFit{std::move(*surface), std::move(freedom_), row_sigma_, std::move(strays_)};
     }
 
     std::span<const SurfaceRow> rows_;
@@ -274,6 +277,7 @@ class RowsFitter {
     std::vector<std::vector<Vec3>> columns_, normals_;  // by break, then by row
     std::vector<std::size_t> chosen_;
     std::vector<double> freedom_;
+    std::vector<Stray> strays_;
     std::vector<Vec3> controls_;
     double row_sigma_ = 0.0;
 };

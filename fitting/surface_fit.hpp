@@ -18,12 +18,21 @@ struct SurfaceFitOptions {
     double span_turn_rad = 0.06;
 };
 
+/// Where a row lies apart from what all others foretell of it.
+struct Stray {
+    std::size_t row = 0;
+    double u = 0.0, reach_mm = 0.0;  ///< a place of the surface, and how far away the next one is
+    double most_mm = 0.0;            ///< farther off the others are not, by their scatter
+};
+
 struct SurfaceFit {
     Surface surface;
     /// Effective number of parameters along v, by span of u: chosen from the noise in the rows.
     std::vector<double> freedom_v;
     /// Standard deviation of the rows about the surface along its normal: what the neighbours took from them.
     double row_sigma_mm = 0.0;
+    /// There the surface follows the others alone.
+    std::vector<Stray> strays;
 };
 
 /// Whether rows can make a surface together. Errors: fit_not_evaluable (rows that are not in order or at the same
