@@ -143,16 +143,24 @@ void SectionFinisher::finish_next(std::unique_lock<std::mutex>& lock) {
 
 void SectionFinisher::announce(const SectionResult& result, std::optional<double> latency_ms) {
     events_.emit(EventKind::section_final, t_machine_s_, final_payload(result, latency_ms));
+    told_rejected_[result.index].clear();
+    announce_rejected(result);
+    announce_decisions(result);
+}
+
+/// The points that were not yet announced: some are found bad when the other sections are there.
+void SectionFinisher::announce_rejected(const SectionResult& result) {
+    auto& told = told_rejected_[result.index];
     for (const auto& point : result.points) {
-        if (point.verdict.reason == fitting::RejectReason::none) continue;
+        if (point.verdict.reason == fitting::RejectReason::none || !told.insert(point.sequence).second) continue;
         events_.emit(EventKind::point_rejected, t_machine_s_, rejected_payload(result.index, point));
     }
-    announce_decisions(result);
 }
 
 void SectionFinisher::announce_revised(const std::vector<const SectionResult*>& revised) {
     for (const auto* result : revised) {
         events_.emit(EventKind::section_revised, t_machine_s_, revised_payload(*result));
+        announce_rejected(*result);
         announce_decisions(*result);
     }
 }

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstdint>
 #include <deque>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "acquisition/events.hpp"
@@ -64,6 +67,7 @@ class SectionFinisher {
     void finish_next(std::unique_lock<std::mutex>& lock);
     void announce(const SectionResult& result, std::optional<double> latency_ms);
     void announce_revised(const std::vector<const SectionResult*>& revised);
+    void announce_rejected(const SectionResult& result);
     void announce_decisions(const SectionResult& result);
 
     EventHub& events_;
@@ -73,8 +77,9 @@ class SectionFinisher {
     std::condition_variable changed_;
     // Of the worker, while busy.
     PartJudge judge_;
-    double t_machine_s_ = 0.0;  // of the last section
-    bool grown_ = true;         // the surface has the last section
+    double t_machine_s_ = 0.0;                                      // of the last section
+    bool grown_ = true;                                             // the surface has the last section
+    std::map<std::size_t, std::set<std::uint64_t>> told_rejected_;  // points by section
     std::deque<std::unique_ptr<LiveSection>> waiting_;
     bool complete_ = false;      // asked for
     bool new_sections_ = false;  // since it was asked for

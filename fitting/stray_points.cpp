@@ -50,8 +50,8 @@ std::optional<double> most_off(std::span<const Place> places, const Vec2& foot) 
     return most;
 }
 
-/// All of a run of points that are off, unless they are too many, or some of them only half as far as bad points begin:
-/// a dent has flanks.
+/// All of a run of points that are off, unless they are too many, or some of them far less than the farthest: a dent
+/// has flanks.
 void take_run(std::span<const StrayPoint> run, std::vector<StrayPoint>& taken) {
     double farthest = 0.0;
     for (const StrayPoint& point : run)

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
-#include "acquisition/part_judge.hpp"
+#include "acquisition/section_finisher.hpp"
 #include "support/twisted_blade.hpp"
 
 namespace cmm::acquisition {
@@ -88,6 +90,35 @@ TEST_F(StraySections, AreFittedAnewWithoutThemWhenAllSectionsAreThere) {
     }
     // The change since it was provisional holds what they had done.
     EXPECT_GT(sections[stray].compensation.change_mm, 5e-3);
+}
+
+/// Who follows the events hears of them, once.
+TEST_F(StraySections, AreAnnouncedWithTheirRevision) {
+    core::ManualClock clock;
+    EventHub events{clock};
+    std::vector<Event> heard;
+    events.listen([&](const Event& event) {
+        if (event.kind == EventKind::point_rejected) heard.push_back(event);
+    });
+    Workers workers{1};
+    SectionFinisher finisher(events, clock, workers);
+    for (std::size_t k = 0; k < setups.size(); ++k) {
+        auto section = std::make_unique<LiveSection>(setups[k], 1e-4, core::PartFromMachine(), 0);
+        section->restore(points(k));
+        finisher.submit(std::move(section));
+    }
+    finisher.complete();
+    const auto sections = finisher.take_all();
+    std::size_t strays = 0;
+    for (const Event& event : heard) {
+        const bool of_section = event.payload.find("\"section\":1,") != std::string::npos;
+        strays += of_section && event.payload.find("fit_residual") != std::string::npos ? 1 : 0;
+    }
+    EXPECT_EQ(strays, 3U);
+    std::size_t rejected = 0;
+    for (const auto& section : sections)
+        rejected += section.rejected();
+    EXPECT_GE(heard.size(), rejected);
 }
 
 /// Whatever the others say: no point is left out to make an accepted section of a rejected one.
