@@ -192,11 +192,12 @@ void untangle(std::span<const Vec2> points, std::vector<std::size_t>& order) {
     for (int pass = 0; any && pass < most_passes; ++pass) {
         any = false;
         for (std::size_t k = 0; k < n; ++k) {
-            // Over a gap the next point may lie anywhere.
-            const Vec2 in = at(k + 1) - at(k), out = at(k + 3) - at(k + 2);
-            const bool behind_gap = in.norm() > far_steps * out.norm(), before_gap = out.norm() > far_steps * in.norm();
+            const Vec2 in = at(k + 1) - at(k), step = at(k + 2) - at(k + 1), out = at(k + 3) - at(k + 2);
+            // Over a gap the next point may lie anywhere; a step is one beside two that are far shorter.
+            const bool behind_gap = in.norm() > far_steps * std::max(step.norm(), out.norm());
+            const bool before_gap = out.norm() > far_steps * std::max(step.norm(), in.norm());
             const Vec2 along = behind_gap ? out : before_gap ? in : Vec2(at(k + 3) - at(k));
-            if ((at(k + 2) - at(k + 1)).dot(along) >= 0.0) continue;
+            if (step.dot(along) >= 0.0) continue;
             std::swap(order[(k + 1) % n], order[(k + 2) % n]);
             any = true;
         }

@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
+#include <numbers>
 
 #include "fitting/nominal.hpp"
 #include "fitting/section.hpp"
@@ -209,6 +211,27 @@ TEST(Ordering, ABadPointOfALaterPassIsFound) {
     ASSERT_TRUE(fit);
     EXPECT_EQ(fit->rejected, 1U);
     EXPECT_NE(fit->verdicts[points.size() - 20].reason, RejectReason::none);
+}
+
+/// Where the ball lies still in a hollow (of an engine blade's cooling slot) the points crowd, and trembling steps of
+/// some micrometres are beside steps of a tenth of a millimetre. Those are no gaps: the order stays that of the scan.
+TEST(Ordering, PointsThatCrowdInAHollowTurnNobodyRound) {
+    std::vector<Vec2> points{{17.1389, -4.7381}, {17.1188, -4.7199}, {17.0961, -4.6929}, {17.0746, -4.6696},
+                             {17.0278, -4.6271}, {16.9604, -4.5665}, {16.9295, -4.5457}, {16.9335, -4.5466},
+                             {16.9365, -4.5494}, {16.9353, -4.5467}, {16.9070, -4.5313}, {16.8830, -4.5131},
+                             {16.8615, -4.4942}, {16.8324, -4.4770}, {16.8185, -4.4668}, {16.7945, -4.4488},
+                             {16.7731, -4.4327}, {16.7446, -4.4130}};
+    const std::size_t measured = points.size();
+    const Vec2 middle = 0.5 * (points.front() + points.back()), radius = points.back() - middle;
+    for (int k = 1; k < 40; ++k)
+        points.push_back(middle + Eigen::Rotation2Dd(std::numbers::pi * k / 40.0) * radius);
+    const auto lap = lap_of(points);
+    ASSERT_TRUE(lap) << lap.error().message;
+    const auto first = std::find(lap->index.begin(), lap->index.end(), std::size_t{0});
+    std::vector<std::size_t> in_order(lap->index);
+    std::rotate(in_order.begin(), in_order.begin() + (first - lap->index.begin()), in_order.end());
+    for (std::size_t i = 0; i < measured; ++i)
+        EXPECT_NEAR(static_cast<double>(in_order[i]), static_cast<double>(i), i < 6 || i > 9 ? 0.0 : 2.0) << i;
 }
 
 }  // namespace
