@@ -21,11 +21,11 @@ constexpr std::size_t least_lap_points = 16;
 constexpr double duplicate_share = 0.02;     // of the median spacing: nearer than that says nothing about direction
 constexpr double least_closing_share = 0.3;  // of the spacing: nearer to the first point a last one repeats it
 constexpr double back_lateral_mm = 0.015;    // noise and chord error: nearer to the stretch just measured is on it
-constexpr std::size_t back_reach = 12;       // points that a scan may step back
-constexpr double most_misfit_mm = 6.0;       // of points that belong to a nominal
-constexpr double clear_sense = 0.5;          // of the misfit of the wrong sense
-constexpr double far_steps = 8.0;            // from one point to the next: a gap
-constexpr std::size_t start_tries = 6;       // the first points of a scan may be bad
+constexpr std::size_t back_reach = 32;  // points that a scan may step back: over a run of bad ones it may lose its way
+constexpr double most_misfit_mm = 6.0;  // of points that belong to a nominal
+constexpr double clear_sense = 0.5;     // of the misfit of the wrong sense
+constexpr double far_steps = 8.0;       // from one point to the next: a gap
+constexpr std::size_t start_tries = 6;  // the first points of a scan may be bad
 
 double median(std::vector<double> values) {
     if (values.empty()) return 0.0;

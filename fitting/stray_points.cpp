@@ -14,8 +14,8 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double least_share = 0.3;  // of the farthest of a run
-constexpr std::size_t parts_of_a_span = 4;
+constexpr double steep_share = 0.3;  // of the farthest of a run
+constexpr std::size_t parts_of_a_level_span = 4;
 
 /// May be good or bad.
 bool is_open(const PointVerdict& verdict) {
@@ -24,13 +24,13 @@ bool is_open(const PointVerdict& verdict) {
 }
 
 /// Where a section strays.
-struct Place {
+struct StrayPlace {
     Vec2 position;
     double reach_mm, most_mm;
 };
 
-std::vector<Place> places_on(const SurfaceFit& fit, std::size_t row, double z_mm) {
-    std::vector<Place> places;
+std::vector<StrayPlace> places_on(const SurfaceFit& fit, std::size_t row, double z_mm) {
+    std::vector<StrayPlace> places;
     for (const Stray& stray : fit.strays)
         if (stray.row == row)
             places.push_back({fit.surface.position({stray.u, z_mm}).head<2>(), stray.reach_mm, stray.most_mm});
@@ -38,10 +38,10 @@ std::vector<Place> places_on(const SurfaceFit& fit, std::size_t row, double z_mm
 }
 
 /// Of the place that a foot is near to, if it is near to one: farther off a good point is not.
-std::optional<double> most_off(std::span<const Place> places, const Vec2& foot) {
+std::optional<double> most_off(std::span<const StrayPlace> places, const Vec2& foot) {
     std::optional<double> most;
     double nearest = 0.0;
-    for (const Place& place : places) {
+    for (const StrayPlace& place : places) {
         const double squared = (place.position - foot).squaredNorm();
         if (squared > place.reach_mm * place.reach_mm || (most && squared >= nearest)) continue;
         most = place.most_mm;
@@ -57,7 +57,7 @@ void take_run(std::span<const StrayPoint> run, std::vector<StrayPoint>& taken) {
     for (const StrayPoint& point : run)
         farthest = std::max(farthest, std::abs(point.off_mm));
     const bool steep = std::all_of(run.begin(), run.end(), [&](const StrayPoint& point) {
-        return std::abs(point.off_mm) > least_share * farthest;
+        return std::abs(point.off_mm) > steep_share * farthest;
     });
     if (steep && run.size() <= longest_bad_run) taken.insert(taken.end(), run.begin(), run.end());
 }
@@ -73,7 +73,7 @@ std::vector<StrayPoint> stray_points(const SurfaceCompensation& surface, double 
     const auto places = places_on(fit, static_cast<std::size_t>(row - rows.begin()), z_mm);
     if (places.empty()) return {};
     std::vector<Vec2> level;
-    for (const double u : span_parameters(fit.surface.u(), parts_of_a_span))
+    for (const double u : span_parameters(fit.surface.u(), parts_of_a_level_span))
         level.push_back(fit.surface.position({u, z_mm}).head<2>());
     const auto curve = ClosedCurve::through(level);
     if (!curve) return {};

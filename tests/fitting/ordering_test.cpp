@@ -213,6 +213,27 @@ TEST(Ordering, ABadPointOfALaterPassIsFound) {
     EXPECT_NE(fit->verdicts[points.size() - 20].reason, RejectReason::none);
 }
 
+/// Over a run of bad points a scan of an unknown section may lose its way, go back by two dozen points, and measure the
+/// stretch once more: that is no part of the lap.
+TEST(Ordering, AStretchThatWasMeasuredOnceMoreIsSetAside) {
+    for (const auto family : families::all_families) {
+        families::ScanOptions scanning;
+        scanning.bad_share = 0.0;
+        const auto points = families::scan(families::make(family, 3), scanning).points;
+        for (std::size_t from : {60U, 150U, 290U, 430U}) {
+            std::vector<Vec2> back(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(from));
+            const std::size_t again = from - 24;
+            for (std::size_t i = again; i < points.size(); ++i)
+                back.push_back(i < from ? Vec2(0.5 * (points[i] + points[i + 1])) : points[i]);
+            const auto once = lap_of(points), lap = lap_of(back);
+            ASSERT_TRUE(once && lap) << families::to_string(family) << " " << from;
+            EXPECT_NEAR(static_cast<double>(lap->again.size()), 24.0, 2.0)
+                << families::to_string(family) << " " << from;
+            EXPECT_LT(longest_step(back, *lap), 1.6 * longest_step(points, *once));
+        }
+    }
+}
+
 /// Where the ball lies still in a hollow (of an engine blade's cooling slot) the points crowd, and trembling steps of
 /// some micrometres are beside steps of a tenth of a millimetre. Those are no gaps: the order stays that of the scan.
 TEST(Ordering, PointsThatCrowdInAHollowTurnNobodyRound) {
