@@ -77,11 +77,10 @@ Chain make_chain(std::span<const Vec2> points, const std::vector<std::size_t>& u
     chain.repeated.assign(all.size(), 0);
     Vec2 low = all.front(), high = low;
     for (std::size_t k = 0; k < all.size(); ++k) {
-        if (chain.bad[k]) continue;
-        if (steps_back(chain, all[k])) {
-            chain.repeated[k] = 1;
-            continue;
-        }
+        // A bad point among repeated ones tells no place on the lap either.
+        const bool among_repeated = chain.bad[k] && k > 0 && chain.repeated[k - 1];
+        chain.repeated[k] = static_cast<char>(among_repeated || steps_back(chain, all[k]));
+        if (chain.bad[k] || chain.repeated[k]) continue;
         chain.s.push_back(chain.good.empty() ? 0.0 : chain.s.back() + (all[k] - chain.good.back()).norm());
         chain.good.push_back(all[k]);
         low = low.cwiseMin(all[k]);

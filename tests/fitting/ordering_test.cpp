@@ -234,6 +234,32 @@ TEST(Ordering, AStretchThatWasMeasuredOnceMoreIsSetAside) {
     }
 }
 
+/// Bad points of such a stretch are told by the curve of the lap, with their own distance from it.
+TEST(Ordering, BadPointsOfAStretchThatWasMeasuredOnceMoreAreFound) {
+    const auto blade = families::make(families::Family::turbine, 3);
+    families::ScanOptions scanning;
+    scanning.bad_share = 0.0;
+    const auto scan = families::scan(blade, scanning);
+    const std::size_t from = 290, bad_from = from + 20, bad_to = bad_from + 3;
+    std::vector<Vec2> points(scan.points.begin(), scan.points.begin() + from);
+    for (std::size_t i = from - 24; i < scan.points.size(); ++i) {
+        const bool bad = points.size() >= bad_from && points.size() < bad_to;
+        points.push_back(scan.points[i] + (bad ? 0.04 : 0.0) * blade.at(scan.t[i]).normal());
+    }
+    SectionOptions options;
+    options.le_hint = blade.le().nose;
+    options.te_hint = blade.te().nose;
+    const auto fit = fit_section(points, {}, options);
+    ASSERT_TRUE(fit) << fit.error().message;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        const bool bad = i >= bad_from && i < bad_to;
+        const auto& verdict = fit->verdicts[i];
+        if (verdict.reason == RejectReason::duplicate) continue;
+        EXPECT_EQ(verdict.reason != RejectReason::none, bad) << i;
+        EXPECT_NEAR(verdict.residual_mm, bad ? 0.04 : 0.0, 5e-3) << i;
+    }
+}
+
 /// Where the ball lies still in a hollow (of an engine blade's cooling slot) the points crowd, and trembling steps of
 /// some micrometres are beside steps of a tenth of a millimetre. Those are no gaps: the order stays that of the scan.
 TEST(Ordering, PointsThatCrowdInAHollowTurnNobodyRound) {
