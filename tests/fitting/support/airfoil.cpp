@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <random>
 
 #include "support/naca65.hpp"
@@ -17,7 +18,26 @@ constexpr double camber_mm = 60.6, camber_rad = 35.0 * std::numbers::pi / 180.0;
 constexpr double le_mm = 0.4, te_mm = 0.25, te_slope = -0.1;
 constexpr double root_mm = 0.3, root_factor = 0.55;  // radius = le + factor (sqrt(s + root) - sqrt(root)) + ...
 constexpr int side_points = 60000, edge_points = 8000;
-constexpr std::array<double, 4> edge_shares{0.38, 0.12, 0.38, 0.12};
+
+/// Share of a scan's points on each part.
+std::array<double, 4> shares_of(Airfoil::Spacing spacing, const std::array<double, 4>& lengths) {
+    switch (spacing) {
+        case Airfoil::Spacing::edges:
+            return {0.38, 0.12, 0.38, 0.12};
+        case Airfoil::Spacing::cosine:
+            return {0.46, 0.04, 0.46, 0.04};
+        case Airfoil::Spacing::even:
+            break;
+    }
+    const double all = std::accumulate(lengths.begin(), lengths.end(), 0.0);
+    return {lengths[0] / all, lengths[1] / all, lengths[2] / all, lengths[3] / all};
+}
+
+/// Share of a part's points up to a share of its length.
+double points_up_to(double length_share, bool by_cosine) {
+    if (!by_cosine) return length_share;
+    return std::acos(std::clamp(1.0 - 2.0 * length_share, -1.0, 1.0)) / std::numbers::pi;
+}
 
 }  // namespace
 
@@ -93,14 +113,17 @@ std::vector<Vec2> Airfoil::scan(std::size_t count, Spacing spacing, double sigma
     std::mt19937_64 random(seed);
     std::normal_distribution<double> noise;
     const std::size_t n = points_.size();
-    std::array<double, 4> total{};
+    std::array<double, 4> total{}, gone{};
     for (std::size_t i = 0; i < n; ++i)
         total[part_[i]] += length_[i + 1] - length_[i];
+    const auto of_part = shares_of(spacing, total);
     std::vector<double> share(1, 0.0);
     for (std::size_t i = 0; i < n; ++i) {
-        const double step = length_[i + 1] - length_[i];
-        share.push_back(share.back() + (spacing == Spacing::even ? step / length_[n]
-                                                                 : step * edge_shares[part_[i]] / total[part_[i]]));
+        const int part = part_[i];
+        const bool by_cosine = spacing == Spacing::cosine && part % 2 == 0;
+        const double before = points_up_to(gone[part] / total[part], by_cosine);
+        gone[part] += length_[i + 1] - length_[i];
+        share.push_back(share.back() + of_part[part] * (points_up_to(gone[part] / total[part], by_cosine) - before));
     }
     const double first = std::uniform_real_distribution<double>()(random);
     std::vector<Vec2> scan;

@@ -21,8 +21,9 @@ class Airfoil {
     static Airfoil naca_65(double offset_mm = 0.0);
 
     enum class Spacing {
-        even,   ///< by length
-        edges,  ///< 12 % of the points on each edge circle
+        even,    ///< by length
+        edges,   ///< 12 % of the points on each edge circle, the others by length
+        cosine,  ///< 4 % on each edge circle, the others ever closer towards the edges: by the cosine of their number
     };
     /// Points in counter-clockwise order from a random start, noise along the normal.
     std::vector<Vec2> scan(std::size_t count, Spacing spacing, double sigma_mm, std::uint64_t seed) const;
