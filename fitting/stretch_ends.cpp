@@ -12,6 +12,7 @@ namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t farthest_neighbour = 24, searched = 24, beyond_searched = 8;  // points
+constexpr double least_gap_steps = 2.0;                                             // of those beside it
 constexpr int many_unheard = 3;  // wrongly accused ones together may have excused others
 
 /// Where a closed chain ends at a gap: end, end + stride, ... go away from it.
@@ -86,10 +87,19 @@ class StretchEnd {
 bool judge_ends(std::span<const Vec2> points, std::size_t before, std::size_t behind, double floor_mm,
                 BadPoints& found) {
     const std::size_t n = points.size(), between = (behind + n - before - 1) % n;
-    const auto step = [&](std::size_t i) { return (points[(before + i + 1) % n] - points[(before + i) % n]).norm(); };
+    if (between == 0) return false;
+    const Vec2 chord = (points[behind] - points[before]).normalized();
+    const auto step = [&](std::size_t i) {
+        return std::abs((points[(before + i + 1) % n] - points[(before + i) % n]).dot(chord));
+    };
+    double all = 0.0;
     std::size_t last = 0;  // before the gap: that is the widest step
-    for (std::size_t i = 1; i <= between; ++i)
+    for (std::size_t i = 0; i <= between; ++i) {
+        all += step(i);
         if (step(i) > step(last)) last = i;
+    }
+    // Where points lie all the way, only their verdicts have made the gap.
+    if (step(last) < least_gap_steps * (all - step(last)) / static_cast<double>(between)) return false;
     const bool one = StretchEnd(points, (before + last) % n, false, floor_mm, found).judge(last);
     const bool other = StretchEnd(points, (before + last + 1) % n, true, floor_mm, found).judge(between - last);
     return one || other;

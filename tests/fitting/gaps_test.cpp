@@ -248,6 +248,23 @@ TEST(Gaps, PointsAtTheEndsOfAPartAreJudgedByTheirOwnStretch) {
     }
 }
 
+/// Two of them next to each other where points lie wide: without them there is a gap, but the points on both sides of
+/// it are there and bear witness.
+TEST(Gaps, BadPointsThatLeaveAGapBehindStayBad) {
+    PartialScan partial(
+        families::Family::fan, [](double t) { return t > 3.87 || t < 1.4; }, 1e-3, 3);
+    const auto nominal = nominal_of(partial.blade);
+    partial.options.nominal = &nominal.curve();
+    const auto fit = partial.fit();
+    std::size_t bad = 0;
+    for (std::size_t i = 0; i < partial.points.size(); ++i) {
+        if (std::abs(partial.bad[i]) <= 0.02) continue;
+        ++bad;
+        EXPECT_NE(fit.verdicts[i].reason, RejectReason::none) << partial.bad[i];
+    }
+    EXPECT_GE(bad, 2U);
+}
+
 /// Wherever on a side it lies, also beside an edge, where what is missing cannot be told from the dense points alone.
 TEST(Gaps, ASideMayMissAnyStretch) {
     for (const auto family : families::all_families)
