@@ -190,42 +190,47 @@ void add_place_errors(fitting::SectionFit& fit, const fitting::Datum* datum) {
     if (fit.contour_noise.has_fields()) fitting::set_place_errors(fit.contour, fit.contour_noise, datum);
 }
 
-/// Finds the alignment where it is the section's own matter, and takes the deviations after it.
-void compare_with(const ReferenceContour& nominal, const fitting::NominalSection* curve,
-                  const EvaluationOptions& options, const SectionAlignment* shared, SectionResult& section) {
-    auto& contour = section.fit->contour;
-    if (section.fit->contour_noise.has_fields()) know_rise(nominal, contour);
-    add_place_errors(*section.fit, nullptr);
-    if (options.alignment.kind == AlignmentKind::none) {
-        section.deviation_mm = nominal.compare(contour, options.lean);
-        return;
-    }
-    // Sizes do not mind how the section lies; what the 2-D offset makes too thick is told by the wall next to it.
-    const auto take_offset_errors = [&] { static_cast<void>(nominal.compare(contour, options.lean)); };
+/// By the blade's alignment where that is known, else by the section's own.
+void align(const ReferenceContour& nominal, const fitting::NominalSection* curve, const EvaluationOptions& options,
+           const SectionAlignment* shared, SectionResult& section) {
+    const fitting::Datum* datum = nullptr;
+    core::Result<SectionAlignment> own;
     if (shared != nullptr) {
         section.alignment = shared->alignment;
-        if (!section.alignment.done()) return take_offset_errors();
-        add_place_errors(*section.fit, &shared->datum);
+        if (!section.alignment.done()) return;
+        datum = &shared->datum;
     } else {
-        const auto own = align_section(*section.fit, nominal, curve->curve(), options.alignment,
-                                       {options.profile_mm, options.edge_profile_mm});
+        own = align_section(*section.fit, nominal, curve->curve(), options.alignment,
+                            {options.profile_mm, options.edge_profile_mm});
         if (!own) {
             section.alignment.state = Alignment::State::refused;
             section.alignment.spec = options.alignment;
             section.alignment.note = own.error().message;
-            return take_offset_errors();
+            return;
         }
         section.alignment = own->alignment;
-        add_place_errors(*section.fit, &own->datum);
+        datum = &own->datum;
         if (options.alignment.kind == AlignmentKind::blade) {
             section.alignment.state = Alignment::State::provisional;
             section.alignment.note = "by this section alone";
         }
     }
-    const auto& motion = section.alignment.motion;
-    section.deviation_mm = compare_aligned(contour, nominal, motion, options.lean);
+    add_place_errors(*section.fit, datum);
     for (auto& point : section.nominal_contour)
-        point = motion.apply(point);
+        point = section.alignment.motion.apply(point);
+}
+
+/// The deviations, after the alignment.
+void compare_with(const ReferenceContour& nominal, const EvaluationOptions& options, SectionResult& section) {
+    auto& contour = section.fit->contour;
+    if (options.alignment.kind == AlignmentKind::none) {
+        section.deviation_mm = nominal.compare(contour, options.lean);
+    } else if (section.alignment.done()) {
+        section.deviation_mm = compare_aligned(contour, nominal, section.alignment.motion, options.lean);
+    } else {
+        // Sizes do not mind how the section lies; what the 2-D offset makes too thick is told by the wall next to it.
+        static_cast<void>(nominal.compare(contour, options.lean));
+    }
 }
 
 /// Numbers answer to a wrong height as the walls lean; deviations have it from the alignment.
@@ -303,27 +308,35 @@ void leave_open(SectionResult& section, const ReferenceContour& nominal, const f
 
 }  // namespace
 
-SectionResult evaluate_section(SectionResult section, core::Result<fitting::SectionFit> fit,
-                               const ReferenceContour* nominal, const EvaluationOptions& options,
-                               const fitting::NominalSection* curve, const SectionAlignment* shared) {
+SectionResult lay_section(SectionResult section, core::Result<fitting::SectionFit> fit, const ReferenceContour* nominal,
+                          const EvaluationOptions& options, const fitting::NominalSection* curve,
+                          const SectionAlignment* shared) {
+    section.alignment = {};
+    take_fit(section, std::move(fit));
+    if (nominal != nullptr) section.nominal_contour = nominal->points();
+    if (!section.why.empty()) return section;
+    if (nominal != nullptr && section.fit->contour_noise.has_fields()) know_rise(*nominal, section.fit->contour);
+    add_place_errors(*section.fit, nullptr);
+    if (nominal != nullptr && options.alignment.kind != AlignmentKind::none)
+        align(*nominal, curve, options, shared, section);
+    return section;
+}
+
+SectionResult judge_section(SectionResult section, const ReferenceContour* nominal, const EvaluationOptions& options,
+                            const fitting::NominalSection* curve, const SectionAlignment* shared) {
     section.characteristics.clear();
     section.deviation_mm.clear();
     section.tolerances.clear();
-    section.alignment = {};
     section.placements.clear();
     section.span_points.clear();
-    take_fit(section, std::move(fit));
-    if (nominal != nullptr) section.nominal_contour = nominal->points();
     if (!section.why.empty()) {
         add_nothing_evaluable(section, nominal, options);
         return section;
     }
     if (nominal != nullptr) {
-        compare_with(*nominal, curve, options, shared, section);
+        compare_with(*nominal, options, section);
         take_plane(*nominal, options, *section.fit);
         add_profiles(section, *nominal, options);
-    } else {
-        add_place_errors(*section.fit, nullptr);
     }
     // Positions are those in the frame of the blade, where it has one; the contour of the result stays as measured.
     std::optional<fitting::SectionFit> in_datum;
@@ -335,6 +348,13 @@ SectionResult evaluate_section(SectionResult section, core::Result<fitting::Sect
     if (nominal != nullptr && section.alignment.state == Alignment::State::provisional)
         leave_open(section, *nominal, *curve, options);
     return section;
+}
+
+SectionResult evaluate_section(SectionResult section, core::Result<fitting::SectionFit> fit,
+                               const ReferenceContour* nominal, const EvaluationOptions& options,
+                               const fitting::NominalSection* curve, const SectionAlignment* shared) {
+    return judge_section(lay_section(std::move(section), std::move(fit), nominal, options, curve, shared), nominal,
+                         options, curve, shared);
 }
 
 void reject_by(const Exceedance& exceedance, SectionResult& section) {

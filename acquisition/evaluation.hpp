@@ -34,17 +34,27 @@ struct EvaluationOptions {
     std::optional<fitting::PlaneUncertainty> plane;     ///< in which the section was cut; absent: it is known
 };
 
-/// Judges a section. `section` brings index, name, z and points; the fit's verdicts are copied to the points. A failed
-/// or open fit leaves every characteristic not evaluable. Without a nominal (nullptr) there are no profile
-/// characteristics, and those by `options.asked` that need it are not evaluable; places of the nominal that the ball
-/// does not reach are left out of them and counted. Uncertainty: that of the fit, and, added as a bound because its
-/// sign is known and it is not corrected, the 2-D offset error by the nominal's lean at each surface point. Pure; any
-/// thread. `curve`: the nominal as a section, beside `nominal`.
+/// A section with its fit and how it lies to its nominal, before its numbers. `section` brings index, name, z and
+/// points; the fit's verdicts are copied to the points. `curve`: the nominal as a section, beside `nominal`. `shared`:
+/// as of judge_section. Pure; any thread.
+SectionResult lay_section(SectionResult section, core::Result<fitting::SectionFit> fit, const ReferenceContour* nominal,
+                          const EvaluationOptions& options, const fitting::NominalSection* curve = nullptr,
+                          const SectionAlignment* shared = nullptr);
+
+/// Judges a section that lay_section left, with the same arguments. A failed or open fit leaves every characteristic
+/// not evaluable. Without a nominal (nullptr) there are no profile characteristics, and those by `options.asked` that
+/// need it are not evaluable; places of the nominal that the ball does not reach are left out of them and counted.
+/// Uncertainty: that of the fit, and, added as a bound because its sign is known and it is not corrected, the 2-D
+/// offset error by the nominal's lean at each surface point. Pure; any thread.
 ///
 /// Alignment of the section: deviations and profiles after its best fit, positions (displacement, centroid, angles
 /// from x) in the frame as measured. Of the blade: all of it in the frame that `shared` says; without it, or while that
 /// is provisional, what depends on it is decided only where no motion can bring the section in, else left undecided.
 /// An alignment that is refused leaves the profiles not evaluable.
+SectionResult judge_section(SectionResult section, const ReferenceContour* nominal, const EvaluationOptions& options,
+                            const fitting::NominalSection* curve = nullptr, const SectionAlignment* shared = nullptr);
+
+/// Both.
 SectionResult evaluate_section(SectionResult section, core::Result<fitting::SectionFit> fit,
                                const ReferenceContour* nominal, const EvaluationOptions& options,
                                const fitting::NominalSection* curve = nullptr,

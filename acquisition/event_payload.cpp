@@ -157,11 +157,12 @@ std::string again_payload(const SectionResult& section, std::size_t pass, const 
         .text();
 }
 
-std::string decision_payload(std::size_t section, Decision decision, bool certain) {
+std::string decision_payload(std::size_t section, Decision decision, bool certain, std::optional<double> latency_ms) {
     return JsonFields()
         .add("section", section)
         .add("decision", acquisition::to_string(decision))
         .add("certain", certain)
+        .add("latency_ms", latency_ms, 3)
         .text();
 }
 

@@ -24,8 +24,9 @@ std::string characteristic_payload(const PartCharacteristic& characteristic);
 std::string exceedance_payload(std::size_t section, const Exceedance& exceedance, double latency_ms);
 /// Before the pass is driven: why, and what was known then.
 std::string again_payload(const SectionResult& section, std::size_t pass, const AgainPass& planned);
-/// `certain`: rejected whatever is still measured.
-std::string decision_payload(std::size_t section, Decision decision, bool certain);
+/// `certain`: rejected whatever is still measured. `latency_ms`: after the section's last sample; none of one that was
+/// judged anew.
+std::string decision_payload(std::size_t section, Decision decision, bool certain, std::optional<double> latency_ms);
 std::string frame_payload(const PartFrame& frame);
 std::string link_payload(const drivers::LinkStats& stats);
 

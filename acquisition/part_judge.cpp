@@ -25,6 +25,17 @@ std::vector<Eigen::Vector2d> positions(const std::vector<ContourPoint>& contour)
     return points;
 }
 
+/// Points that lie on the part need no compensation, and in the plane it is done already.
+Compensation compensation_at_first(const SectionResult& section, const SectionSetup& setup) {
+    Compensation out;
+    out.asked = setup.fitting.compensation;
+    if (out.asked == CompensationMethod::flat)
+        out.note = "asked for";
+    else if (section.closed() && setup.ball_radius_mm > 0.0)
+        out.state = Compensation::State::provisional;
+    return out;
+}
+
 /// Of what was measured.
 double largest_distance(const std::vector<ContourPoint>& from, const std::vector<ContourPoint>& to) {
     const auto curve = fitting::ClosedCurve::through(positions(to));
@@ -39,8 +50,19 @@ double largest_distance(const std::vector<ContourPoint>& from, const std::vector
 
 }  // namespace
 
+SectionResult PartJudge::close(const SectionSetup& setup, std::vector<RecordedPoint> points) {
+    auto closed = alone_.close(setup, std::move(points));
+    closed.compensation = compensation_at_first(closed, setup);
+    return closed;
+}
+
+bool PartJudge::changes_when_judged(const SectionResult& closed) {
+    return closed.compensation.state == Compensation::State::provisional &&
+           !fitting::needs_neighbours(closed.compensation.asked);
+}
+
 const SectionResult& PartJudge::finish(const SectionSetup& setup, std::vector<RecordedPoint> points) {
-    return take_over(setup, alone_.finish(setup, std::move(points)));
+    return take_over(setup, judge_laid(close(setup, std::move(points)), setup));
 }
 
 const SectionResult& PartJudge::take_over(const SectionSetup& setup, SectionResult result) {
@@ -50,22 +72,10 @@ const SectionResult& PartJudge::take_over(const SectionSetup& setup, SectionResu
     if (known == sections_.end()) sections_.push_back(std::make_unique<Judged>());
     Judged& judged = *sections_[place];
     judged = Judged{&setup, std::move(result), false, {}, {}, {}};
-    const CompensationMethod method = setup.fitting.compensation;
-    judged.result.compensation.asked = method;
-    if (has_ball_to_take_off(judged)) {
-        judged.has_ball = true;
-        judged.result.compensation.state = Compensation::State::provisional;
-        if (!fitting::needs_neighbours(method)) compensate_by_points(judged, {centre_row(judged)});
-    } else if (method == CompensationMethod::flat) {
-        judged.result.compensation.note = "asked for";
-    }
+    judged.result.compensation = compensation_at_first(judged.result, setup);
+    judged.has_ball = judged.result.compensation.state == Compensation::State::provisional;
+    if (changes_when_judged(judged.result)) compensate_by_points(judged, {centre_row(judged)});
     return judged.result;
-}
-
-/// Points that lie on the part need no compensation, and in the plane it is done already.
-bool PartJudge::has_ball_to_take_off(const Judged& judged) {
-    return judged.result.closed() && judged.setup->ball_radius_mm > 0.0 &&
-           judged.setup->fitting.compensation != CompensationMethod::flat;
 }
 
 /// What a gap bridges tells nothing of the lean: the surface is made of sections that miss little, and none of an edge.

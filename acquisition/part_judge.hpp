@@ -26,9 +26,11 @@ class PartJudge {
     /// Judges a section by itself, as SectionJudge does. `setup` outlives the judge.
     const SectionResult& finish(const SectionSetup& setup, std::vector<RecordedPoint> points);
 
-    /// What judges the next section by itself.
-    SectionJudge& alone() { return alone_; }
-    /// The same with what `alone` made of it.
+    /// The first half of `finish`: the section with its contour, before its numbers.
+    SectionResult close(const SectionSetup& setup, std::vector<RecordedPoint> points);
+    /// Whether the other half will change the contour: by a method that needs no neighbours.
+    static bool changes_when_judged(const SectionResult& closed);
+    /// The other half, of a section that judge_laid has judged.
     const SectionResult& take_over(const SectionSetup& setup, SectionResult result);
 
     /// Lets the surface grow by the newest section, when it lies above the others, and judges anew the one below, which
@@ -44,6 +46,9 @@ class PartJudge {
     /// ... judges one section anew; nullptr: there is none left.
     const SectionResult* complete_next();
     bool completing() const { return (completion_ && !completion_->left.empty()) || !to_align_.empty(); }
+
+    /// What judges the next section by itself.
+    const SectionJudge& alone() const { return alone_; }
 
     /// Whether a section is rejected whatever its neighbours will say. While it is compensated in its plane only, it is
     /// where it would be with walls that lean by `lean_doubt_rad` more than the nominal's; without a nominal nothing is
@@ -92,7 +97,6 @@ class PartJudge {
     static fitting::CentreRow centre_row(const Judged& judged);
     core::Status lay_stack(const std::vector<Judged*>& upwards, std::vector<const SectionResult*>& revised);
     bool leave_out_strays();
-    static bool has_ball_to_take_off(const Judged& judged);
     static bool tells_lean(const Judged& judged);
     void align();
     const SectionResult* align_next();

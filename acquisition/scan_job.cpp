@@ -18,6 +18,21 @@
 #include "drivers/until_durable.hpp"
 
 namespace cmm::acquisition {
+namespace {
+
+std::string latency_json(const LatencySummary& latency) {
+    return "{" +
+           JsonFields()
+               .add("count", latency.count)
+               .add("p50", latency.p50_ms, 3)
+               .add("p99", latency.p99_ms, 3)
+               .add("max", latency.max_ms, 3)
+               .text() +
+           "}";
+}
+
+}  // namespace
+
 ScanJob::ScanJob(ScanRequest request, drivers::Machine& machine, const core::Clock& clock, EventHub& events,
                  Workers& workers)
     : request_(std::move(request)),
@@ -48,7 +63,7 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
     co_await all_judged();
     ScanOutcome outcome;
     outcome.result.sections = finisher_->take_all();
-    outcome.section_final = finisher_->latency();
+    outcome.latency = finisher_->latency();
     outcome.samples = samples();
     outcome.error = error_;
     // A person who ends the last section by hand has ended the run, not broken it off.
@@ -77,21 +92,14 @@ boost::asio::awaitable<ScanOutcome> ScanJob::run() {
         auto finish = [this, verdict] { return journal_->finish_run(verdict); };
         if (auto status = co_await workers_.run(std::move(finish)); !status) outcome.error = status.error();
     }
-    const std::string latency = "{" +
-                                JsonFields()
-                                    .add("count", outcome.section_final.count)
-                                    .add("p50", outcome.section_final.p50_ms, 3)
-                                    .add("p99", outcome.section_final.p99_ms, 3)
-                                    .add("max", outcome.section_final.max_ms, 3)
-                                    .text() +
-                                "}";
     events_.emit(EventKind::link_stats, 0.0, link_payload(machine_.link_stats()));
     events_.emit(EventKind::run_stopped, 0.0,
                  JsonFields()
                      .add("verdict", verdict)
                      .add("complete", outcome.result.complete)
                      .add("samples", outcome.samples)
-                     .raw("section_final_latency_ms", latency)
+                     .raw("section_final_latency_ms", latency_json(outcome.latency.closed))
+                     .raw("decision_latency_ms", latency_json(outcome.latency.decided))
                      .text());
     co_return outcome;
 }

@@ -49,7 +49,7 @@ struct ScanRequest {
 struct ScanOutcome {
     PartResult result;  ///< also of a run that failed: what was measured until then
     std::optional<core::Error> error;
-    LatencySummary section_final;
+    SectionLatency latency;
     std::uint64_t samples = 0;
 };
 

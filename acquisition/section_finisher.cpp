@@ -58,7 +58,9 @@ void SectionFinisher::rehearse(const SectionSetup& setup, std::vector<RecordedPo
     if (busy_ || judgement_ms_ * rehearsals_within > left_ms) return;
     busy_ = true;
     workers_.post([this, &setup, points = std::move(points), judge = judge_.alone()]() mutable {
-        (void)this->judge(judge, setup, std::move(points));
+        const auto begun = clock_.now();
+        (void)judge.finish(setup, std::move(points));
+        took_since(begun);
         go_on();
     });
 }
@@ -79,19 +81,14 @@ std::vector<SectionResult> SectionFinisher::take_all() {
     return judge_.take();
 }
 
-LatencySummary SectionFinisher::latency() const {
+SectionLatency SectionFinisher::latency() const {
     const std::lock_guard lock(mutex_);
-    return summarise(latencies_ms_);
+    return {summarise(closed_ms_), summarise(decided_ms_)};
 }
 
-/// A judgement of a section by itself, and how long it took.
-SectionResult SectionFinisher::judge(SectionJudge& judge, const SectionSetup& setup,
-                                     std::vector<RecordedPoint> points) {
-    const auto begun = clock_.now();
-    auto result = judge.finish(setup, std::move(points));
+void SectionFinisher::took_since(core::Duration begun) {
     const std::lock_guard lock(mutex_);
     judgement_ms_ = core::seconds(clock_.now() - begun) * 1e3;
-    return result;
 }
 
 /// One step, so that the sections of other parts do not wait for all that is left of this one.
@@ -129,23 +126,36 @@ void SectionFinisher::finish_next(std::unique_lock<std::mutex>& lock) {
     const auto section = std::move(waiting_.front());
     waiting_.pop_front();
     lock.unlock();
-    const bool again = judge_.has(section->setup().index);
-    const auto& result = judge_.take_over(section->setup(), judge(judge_.alone(), section->setup(), section->points()));
-    std::optional<double> latency_ms;
-    if (const auto received = section->last_sample_host_time())
-        latency_ms = core::seconds(clock_.now() - *received) * 1e3;
+    const SectionSetup& setup = section->setup();
+    const bool again = judge_.has(setup.index);
+    const auto received = section->last_sample_host_time();
     t_machine_s_ = section->last_machine_time_s();
-    announce(result, latency_ms);
+    const auto begun = clock_.now();
+    auto closed = judge_.close(setup, section->points());
+    const bool stays = !PartJudge::changes_when_judged(closed);
+    if (stays) announce_closed(closed, received);
+    const auto& result = judge_.take_over(setup, judge_laid(std::move(closed), setup));
+    took_since(begun);
+    if (!stays) announce_closed(result, received);
+    announce_decisions(result, received);
     grown_ = again;  // the surface through all sections is laid anew
     lock.lock();
-    if (latency_ms) latencies_ms_.push_back(*latency_ms);
 }
 
-void SectionFinisher::announce(const SectionResult& result, std::optional<double> latency_ms) {
-    events_.emit(EventKind::section_final, t_machine_s_, final_payload(result, latency_ms));
-    told_rejected_[result.index].clear();
-    announce_rejected(result);
-    announce_decisions(result);
+/// One more of `latencies_ms`, where there is a last sample.
+std::optional<double> SectionFinisher::since(std::optional<core::Duration> received,
+                                             std::vector<double>& latencies_ms) {
+    if (!received) return std::nullopt;
+    const double ms = core::seconds(clock_.now() - *received) * 1e3;
+    const std::lock_guard lock(mutex_);
+    latencies_ms.push_back(ms);
+    return ms;
+}
+
+void SectionFinisher::announce_closed(const SectionResult& section, std::optional<core::Duration> received) {
+    events_.emit(EventKind::section_final, t_machine_s_, final_payload(section, since(received, closed_ms_)));
+    told_rejected_[section.index].clear();
+    announce_rejected(section);
 }
 
 /// The points that were not yet announced: some are found bad when the other sections are there.
@@ -161,12 +171,12 @@ void SectionFinisher::announce_revised(const std::vector<const SectionResult*>& 
     for (const auto* result : revised) {
         events_.emit(EventKind::section_revised, t_machine_s_, revised_payload(*result));
         announce_rejected(*result);
-        announce_decisions(*result);
+        announce_decisions(*result, std::nullopt);
     }
 }
 
 /// A section that hangs on what its neighbours will say is not rejected for certain yet.
-void SectionFinisher::announce_decisions(const SectionResult& result) {
+void SectionFinisher::announce_decisions(const SectionResult& result, std::optional<core::Duration> received) {
     for (const auto& characteristic : result.characteristics) {
         events_.emit(EventKind::characteristic_updated, t_machine_s_,
                      characteristic_payload(result.index, characteristic));
@@ -176,7 +186,8 @@ void SectionFinisher::announce_decisions(const SectionResult& result) {
         const std::lock_guard lock(mutex_);
         rejected_ = true;
     }
-    events_.emit(EventKind::gate_decision, t_machine_s_, decision_payload(result.index, result.decision(), certain));
+    events_.emit(EventKind::gate_decision, t_machine_s_,
+                 decision_payload(result.index, result.decision(), certain, since(received, decided_ms_)));
 }
 
 }  // namespace cmm::acquisition

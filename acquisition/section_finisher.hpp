@@ -27,8 +27,14 @@ struct LatencySummary {
 };
 LatencySummary summarise(std::vector<double> times_ms);
 
+/// From a section's last sample (host receive time) to its SectionFinal, and to the decision about it.
+struct SectionLatency {
+    LatencySummary closed, decided;
+};
+
 /// Fits and judges completed sections on the workers, one step at a time, while the machine measures on, and announces
-/// them (SectionFinal, PointRejected, CharacteristicUpdated, GateDecision); and again what the sections after them
+/// them (SectionFinal and PointRejected when the contour is there, CharacteristicUpdated and GateDecision when it is
+/// judged); and again what the sections after them
 /// change (SectionRevised, CharacteristicUpdated, GateDecision). `submit` never waits for a fit; any thread.
 class SectionFinisher {
   public:
@@ -55,20 +61,20 @@ class SectionFinisher {
     bool idle() const;
     /// Waits until all submitted sections are finished and hands them over, by index.
     std::vector<SectionResult> take_all();
-    /// From a section's last sample (host receive time) to its SectionFinal; sections restored from a run file have
-    /// none.
-    LatencySummary latency() const;
+    /// Sections restored from a run file have none.
+    SectionLatency latency() const;
 
   private:
-    SectionResult judge(SectionJudge& judge, const SectionSetup& setup, std::vector<RecordedPoint> points);
+    std::optional<double> since(std::optional<core::Duration> received, std::vector<double>& latencies_ms);
+    void took_since(core::Duration begun);
     void begin();
     void step();
     void go_on();
     void finish_next(std::unique_lock<std::mutex>& lock);
-    void announce(const SectionResult& result, std::optional<double> latency_ms);
+    void announce_closed(const SectionResult& section, std::optional<core::Duration> received);
     void announce_revised(const std::vector<const SectionResult*>& revised);
     void announce_rejected(const SectionResult& result);
-    void announce_decisions(const SectionResult& result);
+    void announce_decisions(const SectionResult& result, std::optional<core::Duration> received);
 
     EventHub& events_;
     const core::Clock& clock_;
@@ -85,7 +91,7 @@ class SectionFinisher {
     bool new_sections_ = false;  // since it was asked for
     bool whole_ = true;
     double judgement_ms_ = 0.0;  // what the last section took by itself
-    std::vector<double> latencies_ms_;
+    std::vector<double> closed_ms_, decided_ms_;
     bool rejected_ = false;
     bool busy_ = false;  // a worker has been asked to go through those waiting, and has not ended
 };

@@ -75,32 +75,62 @@ void keep_called_out(const SectionSetup& setup, SectionResult& section) {
 
 }  // namespace
 
-SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit> fit, const SectionSetup& setup,
-                        const SectionAlignment* shared, Lean lean) {
-    EvaluationOptions evaluation;
-    evaluation.profile_mm = setup.gate.profile_mm;
-    evaluation.edge_profile_mm = setup.gate.edge_profile_mm;
-    evaluation.filters = setup.fitting.filters;
-    evaluation.asked = setup.gate.characteristics;
-    evaluation.le_model = setup.fitting.le_model;
-    evaluation.te_model = setup.fitting.te_model;
-    evaluation.rule = setup.gate.rule;
-    evaluation.alignment = setup.alignment;
-    evaluation.nominal_measures = setup.nominal_measures.get();
-    evaluation.lean = lean;
-    evaluation.plane = setup.plane;
+namespace {
+
+/// A setup as evaluation.hpp wants it.
+struct Evaluation {
+    EvaluationOptions options;
+    const ReferenceContour* nominal = nullptr;
+    const fitting::NominalSection* curve = nullptr;
+    const SectionAlignment* shared;
     SectionAlignment unknown;
-    if (setup.alignment.kind == AlignmentKind::six_points) {
+
+    Evaluation(const SectionSetup& setup, const SectionAlignment* of_blade, Lean lean) : shared(of_blade) {
+        options.profile_mm = setup.gate.profile_mm;
+        options.edge_profile_mm = setup.gate.edge_profile_mm;
+        options.filters = setup.fitting.filters;
+        options.asked = setup.gate.characteristics;
+        options.le_model = setup.fitting.le_model;
+        options.te_model = setup.fitting.te_model;
+        options.rule = setup.gate.rule;
+        options.alignment = setup.alignment;
+        options.nominal_measures = setup.nominal_measures.get();
+        options.lean = lean;
+        options.plane = setup.plane;
+        if (setup.nominal) {
+            nominal = &setup.nominal->reference;
+            curve = &setup.nominal->section;
+        }
+        if (setup.alignment.kind != AlignmentKind::six_points) return;
         if (!setup.frame) unknown = without_frame(setup.alignment);
         shared = setup.frame ? &*setup.frame : &unknown;
     }
-    if (fit && setup.fields.any()) fit->contour_noise.set_fields(setup.fields);
-    const ReferenceContour* nominal = setup.nominal ? &setup.nominal->reference : nullptr;
-    section = evaluate_section(std::move(section), std::move(fit), nominal, evaluation,
-                               setup.nominal ? &setup.nominal->section : nullptr, shared);
-    if (setup.nominal) section.nominal_surface = setup.nominal->surface;
-    keep_called_out(setup, section);
-    return section;
+    Evaluation(const Evaluation&) = delete;
+    Evaluation& operator=(const Evaluation&) = delete;
+
+    SectionResult lay(SectionResult section, core::Result<fitting::SectionFit> fit, const SectionSetup& setup) const {
+        if (fit && setup.fields.any()) fit->contour_noise.set_fields(setup.fields);
+        section = lay_section(std::move(section), std::move(fit), nominal, options, curve, shared);
+        if (setup.nominal) section.nominal_surface = setup.nominal->surface;
+        return section;
+    }
+    SectionResult judge(SectionResult section, const SectionSetup& setup) const {
+        section = judge_section(std::move(section), nominal, options, curve, shared);
+        keep_called_out(setup, section);
+        return section;
+    }
+};
+
+}  // namespace
+
+SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit> fit, const SectionSetup& setup,
+                        const SectionAlignment* shared, Lean lean) {
+    const Evaluation evaluation(setup, shared, lean);
+    return evaluation.judge(evaluation.lay(std::move(section), std::move(fit), setup), setup);
+}
+
+SectionResult judge_laid(SectionResult section, const SectionSetup& setup) {
+    return Evaluation(setup, nullptr, Lean::nominal).judge(std::move(section), setup);
 }
 
 namespace {
@@ -152,7 +182,7 @@ std::optional<fitting::SectionFit> fit_without_strays(const fitting::SurfaceComp
     return std::move(*fit);
 }
 
-SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<RecordedPoint> points) {
+SectionResult SectionJudge::close(const SectionSetup& setup, std::vector<RecordedPoint> points) {
     auto options = section_options(setup);
     if (!options.le_hint && last_le_mm_) {
         options.le_hint = last_le_mm_;
@@ -168,7 +198,11 @@ SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<Record
     section.name = setup.name;
     section.z_mm = setup.z_mm;
     section.points = std::move(points);
-    return judge_fit(std::move(section), std::move(fit), setup);
+    return Evaluation(setup, nullptr, Lean::nominal).lay(std::move(section), std::move(fit), setup);
+}
+
+SectionResult SectionJudge::finish(const SectionSetup& setup, std::vector<RecordedPoint> points) {
+    return judge_laid(close(setup, std::move(points)), setup);
 }
 
 }  // namespace cmm::acquisition

@@ -65,6 +65,8 @@ fitting::SectionOptions section_options(const SectionSetup& setup);
 /// (nullptr: not known yet). `lean`: by which the error of the 2-D offset is counted.
 SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit> fit, const SectionSetup& setup,
                         const SectionAlignment* shared = nullptr, Lean lean = Lean::nominal);
+/// Judges what SectionJudge::close left.
+SectionResult judge_laid(SectionResult section, const SectionSetup& setup);
 
 /// The fit of a section without the bad points that the other sections betray (fitting::stray_points); none where there
 /// are none. `flat`: as it was fitted by itself.
@@ -77,8 +79,10 @@ std::optional<fitting::SectionFit> fit_without_strays(const fitting::SurfaceComp
 /// it, so that near-equal edges do not change their names from section to section. One owner; deterministic.
 class SectionJudge {
   public:
-    /// Verdicts that the points bring along (no contact, by operator, kept by operator) stand; the others are found
-    /// anew.
+    /// Fits a section and lays it onto its nominal; its numbers are not there yet. Verdicts that the points bring along
+    /// (no contact, by operator, kept by operator) stand; the others are found anew.
+    SectionResult close(const SectionSetup& setup, std::vector<RecordedPoint> points);
+    /// The same, and judges it.
     SectionResult finish(const SectionSetup& setup, std::vector<RecordedPoint> points);
 
   private:

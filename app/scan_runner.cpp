@@ -140,10 +140,12 @@ int run_main_job(const RunnerOptions& options) {
     };
     if (outcome->error) return stay(fail(*outcome->error));
     progress.show(1.0, "done");
-    const auto& latency = outcome->section_final;
-    progress.line(std::to_string(outcome->samples) + " points; section result after its last point: p50 " +
-                  core::fixed(latency.p50_ms, 1) + " ms, p99 " + core::fixed(latency.p99_ms, 1) + " ms, max " +
-                  core::fixed(latency.max_ms, 1) + " ms");
+    const auto worded = [](const acquisition::LatencySummary& latency) {
+        return "p50 " + core::fixed(latency.p50_ms, 1) + " ms, p99 " + core::fixed(latency.p99_ms, 1) + " ms, max " +
+               core::fixed(latency.max_ms, 1) + " ms";
+    };
+    progress.line(std::to_string(outcome->samples) + " points; after its last point a section's contour: " +
+                  worded(outcome->latency.closed) + "; its decision: " + worded(outcome->latency.decided));
     return stay(print_result(outcome->result, options.scratch ? "" : options.out, options.json));
 }
 

@@ -95,10 +95,13 @@ TEST_F(SectionFinisherTest, LatencyCountsFromTheLastSample) {
     finisher.submit(std::move(live));
     EXPECT_EQ(finisher.take_all().size(), 1U);
     const auto latency = finisher.latency();
-    EXPECT_EQ(latency.count, 1U);
-    EXPECT_NEAR(latency.p50_ms, 12.345, 1e-9);
-    EXPECT_NEAR(latency.max_ms, 12.345, 1e-9);
+    for (const auto& summary : {latency.closed, latency.decided}) {
+        EXPECT_EQ(summary.count, 1U);
+        EXPECT_NEAR(summary.p50_ms, 12.345, 1e-9);
+        EXPECT_NEAR(summary.max_ms, 12.345, 1e-9);
+    }
     EXPECT_TRUE(holds(log.of(EventKind::section_final).at(0).payload, "\"latency_ms\":12.345"));
+    EXPECT_TRUE(holds(log.of(EventKind::gate_decision).at(0).payload, "\"latency_ms\":12.345"));
 }
 
 TEST_F(SectionFinisherTest, ARestoredSectionHasNoLatency) {
@@ -108,7 +111,7 @@ TEST_F(SectionFinisherTest, ARestoredSectionHasNoLatency) {
     restored->restore(section(0)->points());
     finisher.submit(std::move(restored));
     ASSERT_EQ(finisher.take_all().size(), 1U);
-    EXPECT_EQ(finisher.latency().count, 0U);
+    EXPECT_EQ(finisher.latency().closed.count + finisher.latency().decided.count, 0U);
     EXPECT_TRUE(holds(log.of(EventKind::section_final).at(0).payload, "\"latency_ms\":null"));
 }
 
@@ -134,7 +137,7 @@ TEST_F(SectionFinisherTest, ARehearsalLeavesNoTrace) {
     EXPECT_EQ(results[0].index, 0U);
     EXPECT_EQ(results[0].decision(), Decision::accept);
     EXPECT_EQ(log.of(EventKind::section_final).size(), 1U);
-    EXPECT_EQ(finisher.latency().count, 1U);
+    EXPECT_EQ(finisher.latency().decided.count, 1U);
 }
 
 TEST_F(SectionFinisherTest, OnlyWhatIsCertainEndsARunAndWhatBecomesCertainDoes) {
@@ -153,10 +156,11 @@ TEST_F(SectionFinisherTest, OnlyWhatIsCertainEndsARunAndWhatBecomesCertainDoes) 
         return log.of(EventKind::gate_decision).back().payload;
     };
     finisher.submit(live(0));
-    EXPECT_EQ(last_decision(), "\"section\":0,\"decision\":\"reject\",\"certain\":false");
+    EXPECT_EQ(last_decision(), "\"section\":0,\"decision\":\"reject\",\"certain\":false,\"latency_ms\":null");
     EXPECT_FALSE(finisher.rejected()) << "its lean may make it thick";
     finisher.submit(live(1));
-    EXPECT_EQ(last_decision(), "\"section\":0,\"decision\":\"reject\",\"certain\":true") << "of the revised section";
+    EXPECT_EQ(last_decision(), "\"section\":0,\"decision\":\"reject\",\"certain\":true,\"latency_ms\":null")
+        << "of the revised section";
     EXPECT_TRUE(finisher.rejected());
 }
 
