@@ -204,8 +204,8 @@ std::vector<std::pair<std::string, std::string>> report_methods(const PartResult
     methods.emplace_back("Decision", part.decision_rule + ". A lower limit the other way round.");
     methods.emplace_back(
         "Uncertainty",
-        "U95 is expanded (k = 2) from the scatter of the points about the fit, with what the "
-        "neighbouring sections took from the section and what is not known of the lean. Where the ball "
+        "U95 is expanded (k = 2) from the scatter of the points about the fit, less what the neighbouring "
+        "sections average of it, with what is not known of the lean. Where the ball "
         "is compensated in 2-D, the error of that, r (1/cos lean \u2212 1) by the nominal\u2019s lean at "
         "each point, is added. " +
             machine_text(part));

@@ -28,7 +28,12 @@ class ContourBuilder {
   public:
     ContourBuilder(const SmoothCurve& smooth, std::span<const Vec2> good, const SectionOptions& options,
                    SectionFit& fit, std::span<const SurfaceStation> surface)
-        : smooth_(smooth), good_(good), options_(options), fit_(fit), surface_(surface) {}
+        : smooth_(smooth),
+          good_(good),
+          options_(options),
+          fit_(fit),
+          surface_(surface),
+          gaps_(find_gaps(good, options)) {}
 
     core::Status run() {
         const std::size_t dense = 2 * std::max<std::size_t>(options_.contour_points, 400);
@@ -36,7 +41,7 @@ class ContourBuilder {
         auto part = offset_inwards(smooth_.curve, r, dense).points;
         auto edges = find_edges(part, options_.le_hint, options_.te_hint);
         if (!edges) return tl::unexpected(edges.error());
-        const EdgeFitter fitter({smooth_, good_, part, r, noise()});
+        const EdgeFitter fitter({smooth_, good_, part, r, noise(), gaps_});
         coverage_ = coverage_95(noise().freedom);
         EdgeAnswer le_answer, te_answer;
         fit_.le = take(fitter.run(edges->le, edges->te, options_.le_model), le_answer);
@@ -117,12 +122,11 @@ class ContourBuilder {
         }
         for (std::size_t k = 0; k <= n; ++k)
             measure[k] = (1.0 - spread_by_turning) * length[k] / length[n] + spread_by_turning * turn[k] / turn[n];
-        const auto gaps = find_gaps(good_, options_);
         const auto was_measured = [&](double t) {
-            return std::none_of(gaps.begin(), gaps.end(), [&](const Gap& gap) { return lies_in(gap, t); });
+            return std::none_of(gaps_.begin(), gaps_.end(), [&](const Gap& gap) { return lies_in(gap, t); });
         };
         double missing = 0.0;  // share of the measure; the points asked for are those beside it
-        for (std::size_t k = 0; k < n && !gaps.empty(); ++k)
+        for (std::size_t k = 0; k < n && !gaps_.empty(); ++k)
             if (!was_measured(smooth_.curve.wrap(part[at(k)].t))) missing += measure[k + 1] - measure[k];
         const auto count = static_cast<std::size_t>(
             std::lround(static_cast<double>(options_.contour_points) / std::max(1.0 - missing, least_measured)));
@@ -141,14 +145,14 @@ class ContourBuilder {
             out.normal = (a.normal + share * (b.normal - a.normal)).normalized();
             out.zone = zones[at(k)];
             out.offset_error_mm = offset_error;
-            out.u95_mm = noise_uncertainty(a) + fit_.faired_mm + offset_error;
+            out.u95_mm = noise_uncertainty(a, 1.0) + fit_.faired_mm + offset_error;
             out.bound_mm = fit_.faired_mm;
             out.t = smooth_.curve.wrap(a.t);
             out.reached = !a.on_arc;
             out.measured = was_measured(out.t);
             fit_.centre_curve[i] = out;
             fit_.centre_curve[i].position_mm += options_.ball_radius_mm * out.normal;
-            if (!surface_.empty()) take_surface(smooth_.curve.wrap(a.t), noise_uncertainty(a), out);
+            if (!surface_.empty()) take_surface(a, out);
         }
     }
 
@@ -156,7 +160,8 @@ class ContourBuilder {
     /// places there.
     static double on_grid(double share) { return std::round(std::clamp(share, 0.0, 1.0) * 64.0) / 64.0; }
 
-    void take_surface(double t, double noise_mm, ContourPoint& out) const {
+    void take_surface(const OffsetPoint& at, ContourPoint& out) const {
+        const double t = smooth_.curve.wrap(at.t);
         const auto above = std::upper_bound(surface_.begin(), surface_.end(), t,
                                             [](double value, const SurfaceStation& s) { return value < s.t; });
         const SurfaceStation& next = above != surface_.end() ? *above : surface_.front();
@@ -168,9 +173,9 @@ class ContourBuilder {
             return last.*value + std::clamp(share, 0.0, 1.0) * (next.*value - last.*value);
         };
         out.rise = std::tan(between(&SurfaceStation::lean_rad));
-        out.doubt_mm = between(&SurfaceStation::doubt_mm);
+        out.noise_share = between(&SurfaceStation::noise_share);
         out.bound_mm = fit_.faired_mm + between(&SurfaceStation::lean_doubt_mm);
-        out.u95_mm = std::hypot(noise_mm, out.doubt_mm) + out.bound_mm;
+        out.u95_mm = noise_uncertainty(at, out.noise_share) + out.bound_mm;
         if (last.moved && next.moved) {
             out.lean_rad = between(&SurfaceStation::lean_rad);
         } else {
@@ -187,10 +192,10 @@ class ContourBuilder {
         return from < to ? t > from && t < to : t > from || t < to;
     }
 
-    /// Student's factor (95 %) times the noise that the smoothing or an edge's model leaves.
-    double noise_uncertainty(const OffsetPoint& point) const {
+    /// Student's factor (95 %) times the noise that the smoothing or an edge's model leaves; of the first a share.
+    double noise_uncertainty(const OffsetPoint& point, double share) const {
         const double t = smooth_.curve.wrap(point.t);
-        double sigma = smooth_.noise.sigma_mm(t);
+        double sigma = share * smooth_.noise.sigma_mm(t);
         for (const EdgePatch& patch : patches_)
             if (const auto own = patch.sigma_mm(t, smooth_.curve.period(), point.position, point.normal, sigma))
                 sigma = *own;
@@ -208,6 +213,7 @@ class ContourBuilder {
     const SectionOptions& options_;
     SectionFit& fit_;
     std::span<const SurfaceStation> surface_;
+    std::vector<Gap> gaps_;
     std::vector<EdgePatch> patches_;
     double coverage_ = 2.0;
 };

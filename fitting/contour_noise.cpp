@@ -2,7 +2,6 @@
 #include "fitting/contour_noise.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -11,8 +10,6 @@
 
 namespace cmm::fitting {
 namespace {
-
-constexpr std::size_t stretches = 8;  // of a section, within which what the neighbouring sections took goes together
 
 /// Each point once: bounds add what is left of a point, not what was added and taken away again.
 std::vector<std::pair<std::size_t, double>> merged(const Sensitivity& number) {
@@ -55,7 +52,7 @@ double ContourNoise::variance(std::span<const ContourPoint> contour, const Sensi
             on_free = on->on_free;
             break;
         }
-        if (on_free > 0.0) free_->add_place(p.t, weight * on_free, by_control);
+        if (on_free > 0.0) free_->add_place(p.t, weight * p.noise_share * on_free, by_control);
     }
     double variance = free_->variance(by_control);
     for (std::size_t k = 0; k < patches_.size(); ++k)
@@ -99,28 +96,21 @@ PlaceLoads ContourNoise::place_loads(std::span<const ContourPoint> contour, cons
 
 NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const Sensitivity& number,
                                    const BesideContour& beside) const {
-    double bound = 0.0, offset = 0.0, doubt = 0.0, weighed = 0.0, in_gaps = 0.0;
-    std::array<double, stretches> taken{};
-    const double whole = contour.empty() ? 1.0 : std::max(contour.back().arc_length_mm, 1e-12);
+    double bound = 0.0, offset = 0.0, weighed = 0.0, in_gaps = 0.0;
     for (const auto& [point, weight] : merged(number)) {
         const ContourPoint& p = contour[point];
         bound += std::abs(weight) * p.bound_mm;
         offset += weight * p.offset_error_mm;
         weighed += std::abs(weight);
         if (!p.measured) in_gaps += std::abs(weight);
-        const double place = p.arc_length_mm / whole * static_cast<double>(stretches);
-        taken[std::min(stretches - 1, static_cast<std::size_t>(place))] += std::abs(weight) * p.doubt_mm;
     }
-    for (const double part : taken)
-        doubt += part * part;
     NumberUncertainty out;
     const double noise = coverage_ * std::sqrt(variance(contour, number) + beside.variance + plane_.variance(number));
-    const double scattered = std::hypot(noise, std::sqrt(doubt));
     out.in_gaps = weighed > 0.0 ? in_gaps / weighed : 0.0;
     out.offset_error = std::abs(offset);
-    out.u95 = scattered + bound + out.offset_error;
+    out.u95 = noise + bound + out.offset_error;
     out.standard = out.scatter = out.u95 / coverage_;
-    out.budget.noise = scattered / coverage_;
+    out.budget.noise = noise / coverage_;
     out.budget.bound = bound + out.offset_error;
     if (!fields_.any()) return out;
     Sensitivity all = number;

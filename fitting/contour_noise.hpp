@@ -70,8 +70,7 @@ class ContourNoise {
     /// From the noise of the points alone, in the square of the number's unit. Where nothing is known, the points' own
     /// u95 fully correlated, which is never too small.
     double variance(std::span<const ContourPoint> contour, const Sensitivity& number) const;
-    /// With the error of the plane, with what the neighbouring sections took, correlated over an eighth of the section,
-    /// and with the bounds, which are added; and with the fields of errors.
+    /// With the error of the plane and with the bounds, which are added; and with the fields of errors.
     NumberUncertainty of(std::span<const ContourPoint> contour, const Sensitivity& number,
                          const BesideContour& beside = {}) const;
 

@@ -200,6 +200,12 @@ EdgeFitter::Gathered EdgeFitter::gather(const EdgeRegion& region, const EdgeRegi
         const double off = std::remainder(joint.t - wrapped, period);
         if (off > t_of(first) - wrapped && off < t_of(last - 1) - wrapped) ++out.edge.joints;
     }
+    for (const Gap& gap : source_.gaps) {
+        const double before = source_.smooth.parameter[gap.before];
+        const double off =
+            std::remainder(before + 0.5 * ahead(before, source_.smooth.parameter[gap.behind]) - wrapped, period);
+        out.over_gap = out.over_gap || (off > t_of(first) - wrapped && off < t_of(last - 1) - wrapped);
+    }
     out.edge.ball_mm = source_.ball_mm;
     out.edge.noise = source_.noise;
     const Vec2& nose = source_.part[region.middle].normal;
@@ -296,7 +302,9 @@ EdgeOutcome EdgeFitter::run(const EdgeRegion& region, const EdgeRegion& other, s
             std::visit(Answerer{std::span(gathered.edge.points).subspan(trial.begin, count), by_shape}, trial.shape);
         judge_radius(fit);
         // With joints the free form is as good as the model up to the ends, and it meets the sides where they begin.
-        if (source_.noise.sigma_mm > least_noise_mm && trial.gain >= strong_evidence && gathered.edge.joints == 0)
+        // Beyond a gap the sides say nothing of how the model goes on.
+        if (source_.noise.sigma_mm > least_noise_mm && trial.gain >= strong_evidence && gathered.edge.joints == 0 &&
+            !gathered.over_gap)
             outcome.patch = make_patch(source_.smooth.curve, gathered.edge, gathered.t, trial);
         fit.used_in_contour = outcome.patch.has_value();
     }

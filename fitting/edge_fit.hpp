@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "fitting/edges.hpp"
+#include "fitting/gaps.hpp"
 #include "fitting/join.hpp"
 #include "fitting/section.hpp"
 #include "fitting/smoothing.hpp"
@@ -22,6 +23,7 @@ struct EdgeSource {
     std::span<const OffsetPoint> part;
     double ball_mm = 0.0;
     Noise noise;
+    std::span<const Gap> gaps = {};  ///< of the points
 };
 
 /// How centre x, centre y and radius answer to the displacements of the edge's points outwards along their normals.
@@ -47,6 +49,7 @@ class EdgeFitter {
     struct Gathered {
         EdgePoints edge;
         std::vector<double> t;  // of the points, ascending, unwrapped
+        bool over_gap = false;
     };
     Gathered gather(const EdgeRegion& region, const EdgeRegion& other) const;
     std::pair<std::size_t, std::size_t> zone_points(const EdgeRegion& region, const Gathered& gathered) const;

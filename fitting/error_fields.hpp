@@ -46,7 +46,7 @@ inline double known_of(const FieldLoads& loads) {
 
 /// The uncertainty of a number by where it comes from, in its unit; standard, but for what is added to U95 as it is.
 struct ErrorBudget {
-    double noise = 0.0;  ///< of the points, with what the neighbouring sections took
+    double noise = 0.0;  ///< of the points
     std::array<double, error_sources> machine{};
     double bound = 0.0;  ///< added: 2-D offset, lean, fairing, expansion that is known and not corrected
 

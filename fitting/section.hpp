@@ -99,9 +99,9 @@ struct ContourPoint {
     double rise = 0.0;               ///< tangent of the surface's lean, as far as anything tells it
     double arc_length_mm = 0.0;      ///< from the contour's first point
     double t = 0.0;                  ///< parameter of the curve of ball centres
-    double doubt_mm = 0.0;  ///< part of u95_mm, in quadrature: what the neighbouring sections took from this one
-    double bound_mm = 0.0;  ///< part of u95_mm, added: what is not known of the lean, and fairing
-    PlaceErrors machine;    ///< beside u95_mm: by machine, probe and temperature
+    double noise_share = 1.0;  ///< of the noise of the curve of ball centres: the neighbouring sections take some of it
+    double bound_mm = 0.0;     ///< part of u95_mm, added: what is not known of the lean, and fairing
+    PlaceErrors machine;       ///< beside u95_mm: by machine, probe and temperature
 };
 
 /// The curve of ball centres, free form also at the edges, and the points that it was fitted to, in its order.

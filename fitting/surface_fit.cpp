@@ -205,10 +205,14 @@ class RowsFitter {
         chosen_.assign(n, 0);
         std::vector<double> best(n), squares(n), kept(n, 0.0);
         const auto window = window_of(n);
+        scatter_.standard_mm.assign(n, 0.0);
+        scatter_.leverage.resize(weights.size());
         freedom_.assign(n, 0.0);
         for (std::size_t w = 0; w < weights.size(); ++w) {
             if (!smoother_.set_weight(weights[w])) continue;  // too little for so few rows
             const double free = static_cast<double>(m) - smoother_.freedom();
+            for (std::size_t k = 0; k < m; ++k)
+                scatter_.leverage[w].push_back(smoother_.leverage(k));
             for (std::size_t i = 0; i < n; ++i) {
                 smoother_.solve(columns_[i], controls_);
                 squares[i] = 0.0;
@@ -227,13 +231,16 @@ class RowsFitter {
                 chosen_[i] = w;
                 freedom_[i] = smoother_.freedom();
                 kept[i] = squares[i] / std::max(free, 0.5);
+                scatter_.standard_mm[i] = std::sqrt(sum / (static_cast<double>(2 * window + 1) * std::max(free, 0.5)));
             }
         }
         // Two columns that almost coincide are smoothed alike, or the surface would turn between them.
         for (const KnotCluster& joint : joints_) {
             chosen_[joint.first + 1] = chosen_[joint.first];
             freedom_[joint.first + 1] = freedom_[joint.first];
+            scatter_.standard_mm[joint.first + 1] = scatter_.standard_mm[joint.first];
         }
+        scatter_.weight = chosen_;
         row_sigma_ = std::sqrt(std::accumulate(kept.begin(), kept.end(), 0.0) / static_cast<double>(n));
         return std::find(freedom_.begin(), freedom_.end(), 0.0) == freedom_.end();
     }
@@ -264,7 +271,8 @@ class RowsFitter {
         }
         auto surface = Surface::make(std::move(*axis), smoother_.axis(), std::move(controls));
         if (!surface) return tl::unexpected(surface.error());
-        return SurfaceFit{std::move(*surface), std::move(freedom_), row_sigma_, std::move(strays_)};
+        return SurfaceFit{std::move(*surface), std::move(freedom_), row_sigma_, std::move(scatter_),
+                          std::move(strays_)};
     }
 
     std::span<const SurfaceRow> rows_;
@@ -280,6 +288,7 @@ class RowsFitter {
     std::vector<Stray> strays_;
     std::vector<Vec3> controls_;
     double row_sigma_ = 0.0;
+    RowScatter scatter_;
 };
 
 }  // namespace

@@ -25,12 +25,20 @@ struct Stray {
     double most_mm = 0.0;            ///< farther off the others are not, by their scatter
 };
 
+/// What a surface has of its rows' own errors, by span of u (docs/theory.md, section 12).
+struct RowScatter {
+    std::vector<double> standard_mm;            ///< of the rows about the surface, along its normal
+    std::vector<std::size_t> weight;            ///< which of `leverage` the span has
+    std::vector<std::vector<double>> leverage;  ///< by row: its share in the surface there
+};
+
 struct SurfaceFit {
     Surface surface;
     /// Effective number of parameters along v, by span of u: chosen from the noise in the rows.
     std::vector<double> freedom_v;
     /// Standard deviation of the rows about the surface along its normal: what the neighbours took from them.
     double row_sigma_mm = 0.0;
+    RowScatter scatter;
     /// There the surface follows the others alone.
     std::vector<Stray> strays;
 };

@@ -21,6 +21,7 @@ constexpr std::size_t looked_ahead = 48;
 constexpr double section_window_share = 0.04;  // of the curve's breaks, to either side
 // Of the noise of the curve: up to there an rms distance of the surface is explained by it, from there on not at all.
 constexpr double explained_sigmas = 1.25, own_sigmas = 2.5;
+constexpr double least_scatter_freedom = 2.0;           // of a column, that its rows leave
 constexpr double still_radii = 1.0, faded_radii = 2.0;  // from a place that stays
 
 /// How well the other sections foretell a section: the polynomial through their points along each u = const.
@@ -133,10 +134,11 @@ class SectionMover {
   public:
     /// `of_surface`: the section is one of those that the surface was made of.
     SectionMover(const SurfaceCompensation& surface, double z_mm, const SmoothCurve& smooth, bool of_surface,
-                 const SectionFit& flat, const SectionOptions& options)
+                 std::size_t row, const SectionFit& flat, const SectionOptions& options)
         : surface_(surface),
           z_mm_(z_mm),
           of_surface_(of_surface),
+          row_(row),
           flat_(flat),
           options_(options),
           smooth_(smooth),
@@ -188,16 +190,31 @@ class SectionMover {
             const CutPoint& p = cut->points[place[k]];
             const Vec2 outward = p.normal.head<2>().normalized();
             shift_.push_back(feet[k].foot - own_[k] + (1.0 - explained) * off[k] * outward);
-            stations_.push_back(station(t, p, explained * 2.0 * rms[k], forecast.slope_error(k, outward)));
+            stations_.push_back(station(t, p, forecast.slope_error(k, outward)));
+            if (explained > 0.0)
+                stations_.back().noise_share = 1.0 + explained * (noise_share(p.place.u, noise, rms[k]) - 1.0);
         }
         return {};
     }
 
-    SurfaceStation station(double t, const CutPoint& p, double doubt_mm, double slope_error) const {
+    /// Of the noise of the section's own curve, what the surface has of it: its leverage in what scatters from row to
+    /// row, and what all rows have alike. Nowhere more than the own curve's and `off_mm`, how far the surface is from
+    /// it, together; that also where too few rows tell how they scatter.
+    double noise_share(double u, double noise_mm, double off_mm) const {
+        const SurfaceFit& fit = *surface_.centres();
+        const std::size_t span = fit.surface.u().span_of(u, 0);
+        const double own = 1.0 + std::pow(off_mm / noise_mm, 2);
+        if (static_cast<double>(surface_.rows().size()) - fit.freedom_v[span] < least_scatter_freedom)
+            return std::sqrt(own);
+        const double leverage = fit.scatter.leverage[fit.scatter.weight[span]][row_];
+        const double between = std::pow(fit.scatter.standard_mm[span] / noise_mm, 2);
+        return std::sqrt(std::min(leverage * between + std::max(0.0, 1.0 - between), own));
+    }
+
+    SurfaceStation station(double t, const CutPoint& p, double slope_error) const {
         SurfaceStation s;
         s.t = t;
         s.lean_rad = std::asin(std::clamp(p.normal.z(), -1.0, 1.0));
-        s.doubt_mm = doubt_mm;
         const double r = options_.ball_radius_mm, lean = std::abs(s.lean_rad);
         s.offset_error_mm = lean_error(r, lean).in_plane_mm;
         s.lean_doubt_mm = s.offset_error_mm;
@@ -223,7 +240,7 @@ class SectionMover {
             if (stations_[k].moved) continue;
             stations_[k].offset_error_mm *= 1.0 - share;
             stations_[k].offset_error_mm += std::exchange(stations_[k].lean_doubt_mm, 0.0);
-            stations_[k].doubt_mm = 0.0;
+            stations_[k].noise_share = 1.0 + share * (stations_[k].noise_share - 1.0);
         }
     }
 
@@ -273,6 +290,7 @@ class SectionMover {
     const SurfaceCompensation& surface_;
     double z_mm_;
     bool of_surface_;
+    std::size_t row_;
     const SectionFit& flat_;
     const SectionOptions& options_;
     const SmoothCurve& smooth_;  // of the section's ball centres, as the surface has it
@@ -296,7 +314,8 @@ core::Result<SurfaceSection> compensate_section(const SurfaceCompensation& surfa
         return refuse("compensation: the section's curve of ball centres is not that of its points");
     if (z_mm < rows.front().z_mm() || z_mm > rows.back().z_mm())
         return refuse("compensation: the section lies beyond those that tell the lean");
-    return SectionMover(surface, z_mm, smooth, of_surface, flat, options).run();
+    return SectionMover(surface, z_mm, smooth, of_surface, static_cast<std::size_t>(row - rows.begin()), flat, options)
+        .run();
 }
 
 }  // namespace cmm::fitting

@@ -38,7 +38,10 @@ judged = breaks[0] + (breaks[-1] - breaks[0]) * numpy.arange(JUDGED_POINTS) / JU
 # Smoothing, told the noise: the squared residuals may add up to n sigma^2.
 tck, _ = measure("fit", 21, lambda: splprep([x, y], u=t, s=len(x) * sigma**2, per=1))
 write("fit", splev(judged, tck))
-tck, _ = measure("fixed_knots", 51, lambda: splprep([x, y], u=t, task=-1, t=breaks.copy(), per=1))
+# Periodic: three more knots beyond either end, a period away.
+period = breaks[-1] - breaks[0]
+knots = numpy.concatenate([breaks[-4:-1] - period, breaks, breaks[1:4] + period])
+tck, _ = measure("fixed_knots", 51, lambda: splprep([x, y], u=t, task=-1, t=knots.copy(), per=1))
 write("fixed_knots", splev(judged, tck))
 # The same count of knots, clamped instead of periodic.
 clamped = numpy.concatenate([[breaks[0]] * 3, breaks, [breaks[-1]] * 3])

@@ -25,8 +25,8 @@ struct PartialScan {
     SectionOptions options;
 
     PartialScan(families::Family family, const std::function<bool(double)>& missing, double sigma_mm = 1e-3,
-                std::uint64_t seed = 1)
-        : blade(families::make(family, 3)) {
+                std::uint64_t seed = 1, std::uint64_t blade_seed = 3)
+        : blade(families::make(family, blade_seed)) {
         families::ScanOptions scanning;
         scanning.sigma_mm = sigma_mm;
         scanning.bad_share = sigma_mm > 0.0 ? 0.015 : 0.0;
@@ -278,6 +278,21 @@ TEST(Gaps, ASideMayMissAnyStretch) {
                 // As many points as of a section that was measured all round.
                 const double points = static_cast<double>(fit.contour.size()) * (1.0 - unmeasured_share(fit));
                 EXPECT_NEAR(points, static_cast<double>(SectionOptions().contour_points), 24.0);
+            }
+}
+
+/// The model of an edge says nothing of a side beyond a gap, and is not joined to it.
+TEST(Gaps, AnEdgeIsNotJoinedToASideBeyondAGap) {
+    for (const std::uint64_t seed : {1U, 7U})
+        for (const double begin : {0.8, 0.9})
+            for (const double end : {1.2, 1.4}) {
+                SCOPED_TRACE(std::to_string(seed) + " " + std::to_string(begin) + " " + std::to_string(end));
+                const auto missing = [&](double t) { return t > begin && t < end; };
+                const PartialScan partial(families::Family::fan, missing, 1e-3, seed, seed);
+                const auto fit = partial.fit();
+                EXPECT_TRUE(fit.le.valid);
+                EXPECT_FALSE(fit.le.used_in_contour);
+                EXPECT_LT(largest_error(partial.blade, fit), 2e-3);
             }
 }
 
