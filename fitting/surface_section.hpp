@@ -25,9 +25,10 @@ struct SurfaceSection {
 /// Uncertainty: what the surface has of the section's noise (RowScatter); added by how much the error of the 2-D offset
 /// changes when the lean grows by e/h: h distance of the next section (half of it where all others lie on one side), e
 /// distance of the section to the polynomial through the points of its (up to four) next sections, for an error of the
-/// lean is one of the slope. With two sections nothing is known of e, and the error of the 2-D offset stands for it. A section between those that the surface was made of (one with wide gaps) takes its
-/// lean from them and keeps all that is its own. `flat` and `options` as fit_section had them. Errors:
-/// fit_not_evaluable (beyond the rows, the plane misses the surface of contacts, the section's own).
+/// lean is one of the slope. With two sections nothing is known of e, and the error of the 2-D offset stands for it. A
+/// section between those that the surface was made of (one with wide gaps) takes its lean from them and keeps all that
+/// is its own. `flat` and `options` as fit_section had them. Errors: fit_not_evaluable (beyond the rows, the plane
+/// misses the surface of contacts, the section's own).
 core::Result<SurfaceSection> compensate_section(const SurfaceCompensation& surface, double z_mm, const SectionFit& flat,
                                                 const SectionOptions& options);
 
