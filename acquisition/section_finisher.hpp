@@ -34,8 +34,8 @@ struct SectionLatency {
 
 /// Fits and judges completed sections on the workers, one step at a time, while the machine measures on, and announces
 /// them (SectionFinal and PointRejected when the contour is there, CharacteristicUpdated and GateDecision when it is
-/// judged); and again what the sections after them
-/// change (SectionRevised, CharacteristicUpdated, GateDecision). `submit` never waits for a fit; any thread.
+/// judged); and again what the sections after them change (SectionRevised, CharacteristicUpdated, GateDecision).
+/// `submit` never waits for a fit; any thread.
 class SectionFinisher {
   public:
     SectionFinisher(EventHub& events, const core::Clock& clock, Workers& workers);

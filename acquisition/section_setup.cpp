@@ -73,10 +73,6 @@ void keep_called_out(const SectionSetup& setup, SectionResult& section) {
     if (live.exceedance()) reject_by(*live.exceedance(), section);
 }
 
-}  // namespace
-
-namespace {
-
 /// A setup as evaluation.hpp wants it.
 struct Evaluation {
     EvaluationOptions options;

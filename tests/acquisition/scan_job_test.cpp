@@ -81,6 +81,7 @@ TEST_F(ScanJobTest, MeasuresAndJudgesEverySection) {
     for (const auto& section : result.sections)
         EXPECT_TRUE(section.closed()) << section.why;
     EXPECT_EQ(ran.outcome.samples, points());
+    EXPECT_EQ(ran.outcome.latency.closed.count, 2U);
     EXPECT_EQ(ran.outcome.latency.decided.count, 2U);
     EXPECT_EQ(machine.count("home"), 1U);
     EXPECT_EQ(machine.count("qualify"), 1U);
@@ -334,6 +335,7 @@ TEST_F(ScanJobTest, AResumedRunFetchesTheRestAndSkipsWhatIsFinished) {
     ASSERT_EQ(result.sections.size(), 2U);
     for (std::size_t i = 0; i < 2; ++i)
         EXPECT_EQ(result.sections[i].points.size(), job.plan.paths[i].points.size());
+    EXPECT_EQ(ran.outcome.latency.closed.count, 1U);
     EXPECT_EQ(ran.outcome.latency.decided.count, 1U);  // the restored section was not measured now
     EXPECT_NE(ran.find(EventKind::resume), nullptr);
     EXPECT_GT(ran.events.front().seq, 1U);

@@ -137,6 +137,7 @@ TEST_F(SectionFinisherTest, ARehearsalLeavesNoTrace) {
     EXPECT_EQ(results[0].index, 0U);
     EXPECT_EQ(results[0].decision(), Decision::accept);
     EXPECT_EQ(log.of(EventKind::section_final).size(), 1U);
+    EXPECT_EQ(finisher.latency().closed.count, 1U);
     EXPECT_EQ(finisher.latency().decided.count, 1U);
 }
 

@@ -81,7 +81,7 @@ TEST(SurfaceSection, ContoursAreFarNearerThanThe2dOffset) {
             EXPECT_LT(found.rms_um, inside ? 0.45 : 0.7);
             EXPECT_LT(found.largest_um, 3.0);
             EXPECT_GT(flat.largest_um, 2.0 * found.largest_um);
-            EXPECT_LT(found.outside, 0.15) << "neighbouring points err alike";
+            EXPECT_LT(found.outside, 0.05);
         }
     }
 }
