@@ -137,19 +137,24 @@ class Smoothing {
     }
 
     core::Status run() {
-        if (auto status = fit({}); !status) return status;
+        if (auto status = start(); !status) return status;
+        if (auto status = fit(); !status) return status;
         // What joints do not explain is narrower than the spans.
         const std::vector<char> lacking = points_not_followed();
         if (std::find(lacking.begin(), lacking.end(), 1) == lacking.end()) return {};
-        return fit(lacking);
+        SmoothingSystem fitted = system_;
+        const auto finer = start_finer(lacking);
+        if (!finer) return tl::unexpected(finer.error());
+        if (*finer) return fit();
+        system_ = std::move(fitted);
+        return {};
     }
 
     SmoothingSystem& system() { return system_; }
     std::vector<CurvatureStep>& joints() { return joints_; }
 
   private:
-    core::Status fit(std::span<const char> lacking) {
-        if (auto status = start(lacking); !status) return status;
+    core::Status fit() {
         if (auto status = system_.refine(free_tunings); !status) return status;
         auto joints = place_joints(system_);
         if (!joints) return tl::unexpected(joints.error());
@@ -158,19 +163,25 @@ class Smoothing {
     }
 
     /// The start: least squares of the points themselves, hardly smoothed; with finer knots as long as the noise turns
-    /// out to be smaller than was thought, and where it does not follow points that are `lacking`.
-    core::Status start(std::span<const char> lacking) {
-        double turn = usual_turn_rad;
+    /// out to be smaller than was thought.
+    core::Status start() {
         for (int attempt = 0;; ++attempt) {
-            if (auto status = anew(turn); !status) return status;
+            if (auto status = anew(); !status) return status;
             const double finer = span_turn(system_.sigma_mm());
-            if (attempt == refinements || finer > 0.8 * turn) break;
-            turn = finer;
+            if (attempt == refinements || finer > 0.8 * turn_rad_) return {};
+            turn_rad_ = finer;
         }
-        if (lacking.empty()) return {};
-        for (int halving = 0; halving < halvings && halve(lacking); ++halving)
-            if (auto status = anew(turn); !status) return status;
-        return {};
+    }
+
+    /// The same with finer knots where it does not follow points that are `lacking`. False when there are none finer.
+    core::Result<bool> start_finer(std::span<const char> lacking) {
+        bool any = false;
+        for (int halving = 0; halving <= halvings; ++halving) {
+            if (auto status = anew(); !status) return tl::unexpected(status.error());
+            if (halving == halvings || !halve(lacking)) break;
+            any = true;
+        }
+        return any;
     }
 
     /// Of those that were measured: where a point is only supposed, the curve is where it should be.
@@ -181,9 +192,9 @@ class Smoothing {
         return not_followed(residuals, least_sigma_mm);
     }
 
-    core::Status anew(double turn) {
+    core::Status anew() {
         const std::size_t most = std::clamp(anchors_.size() * 2, least_spans, most_spans);
-        return system_.start(graded_knots(anchors_, anchor_t_, period_, turn, most, widest_), t_);
+        return system_.start(graded_knots(anchors_, anchor_t_, period_, turn_rad_, most, widest_), t_);
     }
 
     /// Halves the spans that do not follow `lacking` points, as `widest_` of the anchors there. Are there any?
@@ -215,7 +226,8 @@ class Smoothing {
     std::vector<Vec2> anchors_;
     std::vector<double> anchor_t_;
     double period_;
-    std::vector<double> widest_;  // that a span at an anchor may be
+    double turn_rad_ = usual_turn_rad;  // of a span
+    std::vector<double> widest_;        // that a span at an anchor may be
     std::vector<CurvatureStep> joints_;
 };
 
