@@ -113,20 +113,10 @@ class CentreFitter {
         return {};
     }
 
-    /// A point that is accused, but not clearly, and has no such neighbour takes part in the first fit, which can judge
-    /// it better; two of them might bend the curve to them.
     void take_verdicts(const BadPoints& found) {
-        const std::size_t n = points_.size();
-        const auto unclear = [&](std::size_t k) { return found.bad[k] && !is_clear(found, k); };
-        for (std::size_t k = 0; k < n; ++k) {
-            const bool tried = unclear(k) && !unclear((k + n - 1) % n) && !unclear((k + 1) % n);
-            reason_[k] = found.bad[k] && !tried && !fit_.verdicts[index_[k]].kept ? RejectReason::spline_residual
-                                                                                  : RejectReason::none;
-        }
-    }
-
-    static bool is_clear(const BadPoints& found, std::size_t k) {
-        return std::abs(found.residual[k]) > clear_share * found.threshold_mm[k];
+        for (std::size_t k = 0; k < points_.size(); ++k)
+            reason_[k] =
+                found.bad[k] && !fit_.verdicts[index_[k]].kept ? RejectReason::spline_residual : RejectReason::none;
     }
 
     void hear_beside_gaps(BadPoints& found) {
@@ -151,9 +141,9 @@ class CentreFitter {
             if (!smooth) return tl::unexpected(smooth.error());
             smooth_ = std::move(*smooth);
             if (cuts > 0) break;
-            const bool revised = revise_verdicts(found), doubted = round == 0 && set_aside_doubted(found);
+            const bool revised = revise_verdicts(found), survived = round == 0 && set_aside_survivors(found.sigma_mm);
             const bool trimmed = trim_beside(gaps, found.sigma_mm);
-            if (!revised && !doubted && !trimmed) break;
+            if (!revised && !survived && !trimmed) break;
         }
         return {};
     }
@@ -178,22 +168,20 @@ class CentreFitter {
         return any;
     }
 
-    /// A point that was accused, and a good one between two bad ones on the same side of the curve, has nobody to bear
-    /// it out, and the curve may follow it alone: it has to lie on the curve that the others give. Where that is, its
-    /// leverage says: without it, its residual is r / (1 - h) (Cook, Weisberg 1982). False when there is none that does
-    /// not.
-    bool set_aside_doubted(const BadPoints& found) {
+    /// A good point between two bad ones on the same side of the curve has nobody to bear it out, and the curve may
+    /// follow it alone: it has to lie on the curve that the others give. Where that is, its leverage says: without it,
+    /// its residual is r / (1 - h) (Cook, Weisberg 1982). False when there is none that does not.
+    bool set_aside_survivors(double sigma_mm) {
         const std::size_t n = points_.size();
-        const auto bad = [&](std::size_t k) { return reason_[k] == RejectReason::spline_residual; };
         bool any = false;
         for (std::size_t i = 0; i < fitted_.size(); ++i) {
             const std::size_t k = fitted_[i], before = (k + n - 1) % n, after = (k + 1) % n;
             if (reason_[k] != RejectReason::none || fit_.verdicts[index_[k]].kept) continue;
-            const bool alone = bad(before) && bad(after) && residual_[before] * residual_[after] > 0.0;
-            if (!found.bad[k] && !alone) continue;
-            if (std::abs(smooth_.residual[i]) <= restore_sigmas * found.sigma_mm * (1.0 - smooth_.leverage[i]))
+            if (reason_[before] != RejectReason::spline_residual || reason_[after] != RejectReason::spline_residual ||
+                residual_[before] * residual_[after] <= 0.0)
                 continue;
-            reason_[k] = found.bad[k] ? RejectReason::spline_residual : RejectReason::fit_residual;
+            if (std::abs(smooth_.residual[i]) <= restore_sigmas * sigma_mm * (1.0 - smooth_.leverage[i])) continue;
+            reason_[k] = RejectReason::fit_residual;
             any = true;
         }
         return any;
@@ -261,7 +249,8 @@ class CentreFitter {
             } else {
                 residual_[k] = distance_between(good, points_[k]);
                 // No curve is a witness against clear neighbours.
-                if (is_clear(found, k) || std::abs(residual_[k]) > restore_sigmas * found.sigma_mm) continue;
+                const bool clear = std::abs(found.residual[k]) > clear_share * found.threshold_mm[k];
+                if (clear || std::abs(residual_[k]) > restore_sigmas * found.sigma_mm) continue;
                 reason_[k] = RejectReason::none;
                 changed = true;
             }
