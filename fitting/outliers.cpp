@@ -33,7 +33,10 @@ class Finder {
         // What is found makes the scatter smaller, and more stands out.
         for (int round = 0; round < most_accusations && accuse(); ++round) {
             for (const auto& [low, high] : stretches_)
-                if (!convict(low, high)) hear(low, high);
+                if (!convict(low, high)) {
+                    hear(low, high);
+                    acquit(low, high);
+                }
             for (const auto& [low, high] : stretches_)
                 chain_.test(low - reach, high + reach);
             chain_.estimate_scatter();
@@ -99,6 +102,18 @@ class Finder {
         for (std::ptrdiff_t i = low; i <= high; ++i)
             chain_.settled(i);
         return true;
+    }
+
+    /// Who was convicted while others that are bad were still heard comes back when the good ones bear it out.
+    void acquit(std::ptrdiff_t low, std::ptrdiff_t high) {
+        for (std::ptrdiff_t i = low; i <= high; ++i) {
+            if (chain_.state(i) != PointState::bad) continue;
+            const Verdict verdict = chain_.judge(i);
+            if (!verdict.sharp || std::abs(verdict.ratio()) > ChainState::reject_factor) continue;
+            chain_.note(i, PointState::good, verdict);
+            const std::ptrdiff_t by = 3 * chain_.stride(i);
+            chain_.test(i - by, i + by);
+        }
     }
 
     /// Judges every accused point of a stretch among all others: the clearly bad ones go first, the worst before all.
