@@ -182,7 +182,7 @@ std::vector<std::optional<PointTolerance>> limits_along(const SectionResult& sec
 }
 
 std::string deviation_figure(const SectionResult& section) {
-    if (section.deviation_mm.empty() || !section.closed()) return {};
+    if (section.deviation_mm.empty() || !section.has_contour()) return {};
     Picture picture(page_width, height, "Deviation against arc length at z " + core::fixed(section.z_mm, 3) + " mm");
     const auto limits = limits_along(section);
     const double reach = 1.12 * largest_um(section, limits);

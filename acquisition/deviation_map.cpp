@@ -48,7 +48,7 @@ std::string colour(int step) {
 }
 
 bool has_map(const SectionResult& section) {
-    return section.closed() && section.deviation_mm.size() == section.fit->contour.size();
+    return section.has_contour() && section.deviation_mm.size() == section.fit->contour.size();
 }
 
 /// A section cut open at the TE: where its contour points lie right (counter-clockwise) or left of the LE nose, mm.

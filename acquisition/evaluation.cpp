@@ -174,7 +174,7 @@ void take_fit(SectionResult& section, core::Result<fitting::SectionFit> fit) {
             section.points[i].verdict = fit->verdicts[i];
     }
     section.fit = std::move(*fit);
-    if (!section.closed()) section.why = "the section is not closed";
+    if (!section.has_contour()) section.why = "the section is not closed";
 }
 
 /// How the surface rises where the contour does not know it: as the nominal does.

@@ -107,7 +107,7 @@ std::string part_csv(const PartResult& part) {
 }
 
 std::string section_csv(const SectionResult& section) {
-    if (!section.closed()) return {};
+    if (!section.has_contour()) return {};
     std::string out = "x_mm,y_mm,z_mm,nx,ny,nz,zone,deviation_mm,u95_mm\n";
     const auto& contour = section.fit->contour;
     for (std::size_t i = 0; i < contour.size(); ++i) {

@@ -160,7 +160,7 @@ class DmisDocument {
 
     void add(const SectionResult& section) {
         const std::string number = std::to_string(section.index);
-        if (!section.closed()) {
+        if (!section.has_contour()) {
             out_.remark("section " + number + " z " + core::fixed(section.z_mm, 3) + ": " + section.why);
         } else {
             std::vector<Vector2d> contour;

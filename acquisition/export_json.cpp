@@ -205,7 +205,7 @@ Json section_of(const SectionResult& section) {
              {"compensation", compensation(section.compensation)},
              {"alignment", alignment(section.alignment)}};
     if (auto again = measured_again(section); !again.empty()) out["measured_again"] = std::move(again);
-    if (section.closed()) {
+    if (section.has_contour()) {
         out["contour_file"] = "section-" + std::to_string(section.index) + ".csv";
         out["noise_sigma_mm"] = number(section.fit->noise_sigma_mm);
         out["contour_points"] = std::count_if(section.fit->contour.begin(), section.fit->contour.end(),

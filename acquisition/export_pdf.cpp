@@ -147,7 +147,7 @@ void add_section(pdf::Pages& pages, const SectionResult& section, double ball_ra
     pages.paragraph(summary_of(section), Ink::soft);
     if (!section.all_round()) pages.paragraph(not_all_round_text(section), Ink::open);
     std::vector<pdf::Picture> wide, edges;
-    add(wide, section.closed() ? "Contour" : "Recorded ball centres and nominal",
+    add(wide, section.has_contour() ? "Contour" : "Recorded ball centres and nominal",
         overlay_figure(section, ball_radius_mm));
     add(wide, "Deviations along the normal of the nominal, outwards positive", whisker_figure(section));
     pages.pictures(wide, 2);

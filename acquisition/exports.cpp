@@ -37,7 +37,7 @@ core::Status export_csv(const PartResult& part, const std::string& dir) {
     if (status) status = core::write_file(dir + "/rejected.csv", rejected_csv(part));
     for (const auto& section : part.sections) {
         if (!status) return status;
-        if (!section.closed()) continue;
+        if (!section.has_contour()) continue;
         const auto file = dir + "/section-" + std::to_string(section.index) + ".csv";
         status = core::write_file(file, section_csv(section));
     }

@@ -34,7 +34,7 @@ SurfacePoints surface_points(const SectionResult& section, double ball_radius_mm
     SurfacePoints out;
     for (const auto& point : section.points) {
         Vector2d p = point.centre_mm.head<2>();
-        if (section.closed()) {
+        if (section.has_contour()) {
             p -= ball_radius_mm * nearest(section.fit->contour, p).normal;
         }
         (point.verdict.reason == fitting::RejectReason::none ? out.used : out.rejected).push_back(p);
@@ -44,7 +44,7 @@ SurfacePoints surface_points(const SectionResult& section, double ball_radius_mm
 
 std::vector<Vector2d> contour_positions(const SectionResult& section) {
     std::vector<Vector2d> out;
-    if (!section.closed()) return out;
+    if (!section.has_contour()) return out;
     for (const auto& point : section.fit->contour)
         out.push_back(point.position_mm);
     return out;

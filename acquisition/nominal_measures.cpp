@@ -27,7 +27,6 @@ tl::unexpected<core::Error> not_measured(const std::string& why) {
 
 fitting::SectionFit section_of_nominal(const fitting::NominalSection& nominal) {
     fitting::SectionFit fit;
-    fit.closed = true;
     const auto& curve = nominal.curve();
     // Fine steps of length, then equal steps of a mixed measure of length and turning.
     const std::size_t fine = 2 * nominal_points;

@@ -27,7 +27,7 @@ core::Result<fitting::SurfaceRow> surface_row(const SectionResult& section) {
 core::Result<cad::SplineNet> net_of(const PartResult& part) {
     std::vector<const SectionResult*> upwards;
     for (const auto& section : part.sections)
-        if (section.closed() && section.gaps().empty()) upwards.push_back(&section);
+        if (section.has_contour() && section.gaps().empty()) upwards.push_back(&section);
     if (upwards.size() < 2)
         return core::fail(core::ErrorCode::fit_not_evaluable,
                           "a body needs two sections that were measured all round; there " +

@@ -31,7 +31,7 @@ Compensation compensation_at_first(const SectionResult& section, const SectionSe
     out.asked = setup.fitting.compensation;
     if (out.asked == CompensationMethod::flat)
         out.note = "asked for";
-    else if (section.closed() && setup.ball_radius_mm > 0.0)
+    else if (section.has_contour() && setup.ball_radius_mm > 0.0)
         out.state = Compensation::State::provisional;
     return out;
 }
@@ -245,8 +245,8 @@ std::vector<const SectionResult*> PartJudge::begin_completion(bool whole) {
     aligned_ = false;
     for (const auto& section : sections_) {
         // One that could not be laid onto the nominal even by itself stays as it is.
-        const bool takes_part = section->setup->alignment.kind == AlignmentKind::blade && section->result.closed() &&
-                                section->result.alignment.done();
+        const bool takes_part = section->setup->alignment.kind == AlignmentKind::blade &&
+                                section->result.has_contour() && section->result.alignment.done();
         if (takes_part) to_align_.push_back(section.get());
     }
     std::stable_sort(to_align_.begin(), to_align_.end(),

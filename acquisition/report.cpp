@@ -162,7 +162,7 @@ std::string section_sheet(const SectionResult& section, double ball_radius_mm) {
     if (!section.all_round()) out += html::element("p class=\"undecided\"", escape(not_all_round_text(section)));
     const auto whiskers = whisker_figure(section);
     out += "<div class=\"plots\">\n";
-    out += html::figure("half", section.closed() ? "<b>Contour</b>" : "<b>Recorded ball centres</b> and nominal",
+    out += html::figure("half", section.has_contour() ? "<b>Contour</b>" : "<b>Recorded ball centres</b> and nominal",
                         overlay_figure(section, ball_radius_mm));
     out += html::figure("half", "<b>Deviations</b> along the normal of the nominal, outwards positive", whiskers);
     out += html::figure("quarter", "<b>Leading edge</b> " + escape(radius_text(section, fitting::Zone::le)),

@@ -168,7 +168,7 @@ std::string title_of(const SectionResult& section) {
 std::string summary_of(const SectionResult& section) {
     std::string text = std::to_string(section.points.size()) + " points" + again_text(section) + ", " +
                        std::to_string(section.rejected()) + " rejected";
-    if (!section.closed()) return text;
+    if (!section.has_contour()) return text;
     text += ", scatter " + core::fixed(section.fit->noise_sigma_mm * 1e3, 1) + " \u00b5m (1 \u03c3)";
     text += compensation_text(section.compensation);
     if (section.alignment.spec.kind == AlignmentKind::section || section.alignment.state == Alignment::State::refused)
@@ -183,7 +183,7 @@ std::string summary_of(const SectionResult& section) {
 }
 
 std::string not_all_round_text(const SectionResult& section) {
-    return (section.closed() ? "Measured in part: " : "Not evaluable: ") + section.why_not_all_round();
+    return (section.has_contour() ? "Measured in part: " : "Not evaluable: ") + section.why_not_all_round();
 }
 
 std::string words(Decision decision) {

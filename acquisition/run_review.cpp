@@ -95,7 +95,7 @@ bool RunReview::whole() const {
 /// the others should rest on, or be judged anew for with every point.
 bool RunReview::takes_part(std::size_t place, Taken taken) const {
     const SectionResult& alone = judged_[place].result;
-    return alone.closed() && (alone.all_round() || taken == Taken::all || recorded_.all()[place].finished);
+    return alone.has_contour() && (alone.all_round() || taken == Taken::all || recorded_.all()[place].finished);
 }
 
 core::Status RunReview::judge_all(Taken taken) {

@@ -20,7 +20,7 @@ void draw_overlay(Picture& picture, const PlotFrame& frame, const SectionResult&
     picture.clip(frame.corner(), frame.size());
     picture.path("nominal", svg::polyline(frame.px(section.nominal_contour), true));
     picture.path("measured", contour_path(section, frame.px(contour_positions(section))));
-    if (!section.closed()) picture.path("dot", svg::dots(frame.px(points.used)));
+    if (!section.has_contour()) picture.path("dot", svg::dots(frame.px(points.used)));
     picture.path("reject", svg::crosses(frame.px(points.rejected), 3.0));
     picture.unclip();
     const auto name_edge = [&](Zone edge, const Vector2d& other, std::string_view name) {
@@ -30,7 +30,7 @@ void draw_overlay(Picture& picture, const PlotFrame& frame, const SectionResult&
         const Vector2d at = frame.px(*nose) + Vector2d(out.x() * 14, -out.y() * 14 + 4);
         picture.text("strong on", at, Anchor::middle, name);
     };
-    if (!section.closed()) return;
+    if (!section.has_contour()) return;
     name_edge(Zone::le, section.fit->te_point_mm, "LE");
     name_edge(Zone::te, section.fit->le_point_mm, "TE");
 }
@@ -75,7 +75,7 @@ void draw_edge(Picture& picture, const PlotFrame& frame, const SectionResult& se
 
 std::string radius_text(const SectionResult& section, Zone edge) {
     const auto* radius = section.find(edge == Zone::le ? "le_radius" : "te_radius");
-    if (!section.closed() || radius == nullptr) return {};
+    if (!section.has_contour() || radius == nullptr) return {};
     if (!radius->value) return "no circle: " + radius->note;
     return "r " + core::fixed(*radius->value, 4) + " \u00b1 " + core::fixed(radius->u95.value_or(0.0), 4) + " mm" +
            (radius->note.empty() ? "" : ", " + radius->note);

@@ -95,9 +95,9 @@ std::string gaps_text(const SectionResult& section) {
 std::string reason(const SectionResult& section) {
     const auto [rejected, open] = not_accepted(section.characteristics);
     const std::string out = rejected.empty() ? "" : causes(rejected);
-    if (section.closed() && rejected.empty())
+    if (section.has_contour() && rejected.empty())
         return !open.empty() ? causes(open) : section.decision() == Decision::undecided ? gaps_text(section) : out;
-    if (section.closed()) return out;
+    if (section.has_contour()) return out;
     return out + (out.empty() ? "" : "; ") + (section.why.empty() ? "not closed" : section.why);
 }
 
@@ -145,11 +145,11 @@ std::size_t SectionResult::not_reached() const {
 }
 
 std::string SectionResult::why_not_all_round() const {
-    return closed() ? fit->missing : why;
+    return has_contour() ? fit->missing : why;
 }
 
 std::optional<Eigen::Vector2d> SectionResult::nose_mm(fitting::Zone edge) const {
-    if (!closed()) return std::nullopt;
+    if (!has_contour()) return std::nullopt;
     const Eigen::Vector2d& nose = edge == fitting::Zone::le ? fit->le_point_mm : fit->te_point_mm;
     return nearest_to(fit->contour, nose).measured ? std::optional(nose) : std::nullopt;
 }
@@ -216,7 +216,7 @@ const Characteristic* SectionResult::find(std::string_view characteristic_name) 
 Decision SectionResult::decision() const {
     const auto [rejected, open] = not_accepted(characteristics);
     if (!rejected.empty()) return Decision::reject;
-    if (!open.empty() || !closed()) return Decision::undecided;
+    if (!open.empty() || !has_contour()) return Decision::undecided;
     const bool accepted = std::any_of(characteristics.begin(), characteristics.end(),
                                       [](const Characteristic& c) { return c.decision == Decision::accept; });
     if (accepted) return Decision::accept;

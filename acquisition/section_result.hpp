@@ -135,9 +135,9 @@ struct SectionResult {
     Compensation compensation;
 
     /// Whether it has a contour. Places of it may be unmeasured.
-    bool closed() const { return fit && fit->closed && !fit->contour.empty(); }
+    bool has_contour() const { return fit && !fit->contour.empty(); }
     /// Whether it was measured all round, but for gaps on its sides.
-    bool all_round() const { return closed() && fit->missing.empty(); }
+    bool all_round() const { return has_contour() && fit->missing.empty(); }
     /// Why it was not; empty when it was.
     std::string why_not_all_round() const;
     /// The nose of LE or TE; none where it was not measured.

@@ -185,7 +185,7 @@ SectionResult SectionJudge::close(const SectionSetup& setup, std::vector<Recorde
         options.te_hint = last_te_mm_;
     }
     auto fit = FitPoints(setup, points).fit(options);
-    if (fit && fit->closed && fit->missing.empty()) {
+    if (fit && fit->missing.empty()) {
         last_le_mm_ = fit->le_point_mm;
         last_te_mm_ = fit->te_point_mm;
     }

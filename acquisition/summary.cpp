@@ -44,8 +44,8 @@ Row row_of(const SectionResult& section) {
             value_cell(worse(section, "profile_le", "profile_te")),
             value_cell(section.find("le_radius")),
             value_cell(section.find("te_radius")),
-            std::string(section.closed() || section.decision() == Decision::reject ? to_string(section.decision())
-                                                                                   : "not evaluable")};
+            std::string(section.has_contour() || section.decision() == Decision::reject ? to_string(section.decision())
+                                                                                        : "not evaluable")};
 }
 
 void append_row(std::string& out, const Row& row, const std::vector<std::size_t>& widths) {

@@ -13,7 +13,8 @@ constexpr double slack_mm = 1e-6;  // the nearest place of the surface is no far
 }  // namespace
 
 std::vector<std::optional<double>> surface_deviations(const SectionResult& section) {
-    if (!section.nominal_surface || !section.closed() || section.deviation_mm.size() != section.fit->contour.size())
+    if (!section.nominal_surface || !section.has_contour() ||
+        section.deviation_mm.size() != section.fit->contour.size())
         return {};
     const auto& contour = section.fit->contour;
     const fitting::PlaneMotion& motion = section.alignment.motion;

@@ -123,7 +123,7 @@ void draw_whiskers(Picture& picture, const SectionResult& section, const std::ve
 }  // namespace
 
 std::string whisker_figure(const SectionResult& section) {
-    if (section.deviation_mm.empty() || !section.closed()) return {};
+    if (section.deviation_mm.empty() || !section.has_contour()) return {};
     constexpr double width = page_width;
     const auto box = page_box(section, {});
     const double height = plot_height(box) + margin_top + margin_bottom;

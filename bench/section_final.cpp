@@ -91,7 +91,7 @@ Judgement judgement(const std::vector<Measured>& sections, int repeats, bool col
             if (cold) forget_caches();
             const double begun = processor_ms();
             auto closed = judge.close(section.setup, std::move(points));
-            if (!closed.closed()) return {};
+            if (!closed.has_contour()) return {};
             out.told_ms.push_back(processor_ms() - begun);
             judge.take_over(section.setup, acquisition::judge_laid(std::move(closed), section.setup));
             out.decided_ms.push_back(processor_ms() - begun);

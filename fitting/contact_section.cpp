@@ -50,7 +50,6 @@ core::Result<ContactSection> section_of_contacts(std::span<const Contact> contac
     if (!curve) return tl::unexpected(curve.error());
     ContactSection result;
     result.set_aside = curve->rejected;
-    result.fit.closed = true;
     result.fit.missing = flat.missing;
     result.fit.verdicts = flat.verdicts;
     result.fit.rejected = flat.rejected;

@@ -17,7 +17,6 @@ core::Result<SectionFit> fit_section(std::span<const Eigen::Vector2d> centres, s
     auto centre_curve = fit_centre_curve(centres, excluded, options, kept, later);
     if (!centre_curve) return tl::unexpected(centre_curve.error());
     SectionFit fit;
-    fit.closed = true;
     fit.missing = std::move(centre_curve->missing);
     fit.verdicts = std::move(centre_curve->verdicts);
     fit.rejected = centre_curve->rejected;

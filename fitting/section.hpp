@@ -111,7 +111,6 @@ struct SectionCentres {
 };
 
 struct SectionFit {
-    bool closed = false;
     std::string missing;  ///< of an edge, or of much of the way round, that was not measured; empty: of neither
     std::vector<PointVerdict> verdicts;  ///< one per input point, in input order
     std::size_t rejected = 0;

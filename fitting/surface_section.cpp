@@ -264,7 +264,6 @@ class SectionMover {
             points[i] += shift.jet(smooth.parameter[i]).position;
 
         SurfaceSection result;
-        result.fit.closed = true;
         result.fit.missing = flat_.missing;
         result.fit.verdicts = flat_.verdicts;
         result.fit.rejected = flat_.rejected;

@@ -124,7 +124,7 @@ class Trials {
         const auto* c = result.find(name);
         count(name + where, c != nullptr ? c->decision : Decision::not_evaluable);
         if (c == nullptr || !c->value) return;
-        measure(name + where, *c->value - *c->upper, result.closed() ? *c->guard_reject : 0.0, *c->u95);
+        measure(name + where, *c->value - *c->upper, result.has_contour() ? *c->guard_reject : 0.0, *c->u95);
     }
 
     void profiles(const BladeScan& scan, const core::Result<fitting::SectionFit>& fit, const SectionSetup& setup,

@@ -134,7 +134,6 @@ fitting::PiecewiseCubic polygon(const std::vector<Eigen::Vector2d>& corners) {
 /// What the ball touches of a part (20 mm long, 4 mm thick) that is thicker everywhere.
 fitting::SectionFit touched(const fitting::PiecewiseCubic& outline, double ball_radius_mm, double thicker_mm) {
     fitting::SectionFit fit;
-    fit.closed = true;
     const auto centres = fitting::offset_spline(outline, ball_radius_mm + thicker_mm, 1e-6).curve;
     for (const auto& p : fitting::offset_inwards(centres, ball_radius_mm, 6000).points) {
         fitting::ContourPoint point;

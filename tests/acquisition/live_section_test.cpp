@@ -151,7 +151,7 @@ TEST_F(LiveSectionTest, TheOrderOfArrivalDoesNotMatter) {
 
         const auto whole = SectionJudge().finish(setup, ordered.points());
         const auto patched = SectionJudge().finish(setup, live.points());
-        ASSERT_TRUE(whole.closed() && patched.closed());
+        ASSERT_TRUE(whole.has_contour() && patched.has_contour());
         ASSERT_EQ(whole.fit->contour.size(), patched.fit->contour.size());
         for (std::size_t i = 0; i < whole.fit->contour.size(); ++i)
             ASSERT_EQ(whole.fit->contour[i].position_mm, patched.fit->contour[i].position_mm) << i;
@@ -172,7 +172,7 @@ TEST_F(LiveSectionTest, TheClosedSectionIsTheFitOfItsPoints) {
     options.le_hint = closed.fit->le_point_mm;
     options.te_hint = closed.fit->te_point_mm;
     const auto batch = fitting::fit_section(centres, {}, options);
-    ASSERT_TRUE(batch && closed.closed());
+    ASSERT_TRUE(batch && closed.has_contour());
     ASSERT_EQ(batch->contour.size(), closed.fit->contour.size());
     double worst = 0.0;
     for (std::size_t i = 0; i < batch->contour.size(); ++i)

@@ -178,7 +178,7 @@ TEST_F(PartJudgeTest, WhatStaysFlatSaysWhy) {
     EXPECT_EQ(judge.complete().size(), 2U);
     const auto sections = judge.take();
     EXPECT_EQ(sections[0].compensation.state, Method::final);
-    EXPECT_FALSE(sections[1].closed());
+    EXPECT_FALSE(sections[1].has_contour());
     EXPECT_EQ(sections[1].compensation.state, Method::flat);
     EXPECT_EQ(sections[2].compensation.state, Method::final);
 }

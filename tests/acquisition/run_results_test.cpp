@@ -113,8 +113,8 @@ TEST_F(RunResultsTest, ABrokenRunIsNotComplete) {
     EXPECT_FALSE(result->complete);
     EXPECT_NE(result->verdict(), Decision::accept);
     ASSERT_EQ(result->sections.size(), 2U);
-    EXPECT_TRUE(result->sections[0].closed());
-    EXPECT_FALSE(result->sections[1].closed());
+    EXPECT_TRUE(result->sections[0].has_contour());
+    EXPECT_FALSE(result->sections[1].has_contour());
     EXPECT_EQ(result->sections[1].points.size(), 20U);
 }
 
@@ -159,7 +159,7 @@ TEST_F(PointsTest, WithoutAPartFileThePointsAreMeasuredOnly) {
     EXPECT_FALSE(result->has_nominal);
     ASSERT_EQ(result->sections.size(), 2U);
     for (const auto& section : result->sections) {
-        EXPECT_TRUE(section.closed()) << section.why;
+        EXPECT_TRUE(section.has_contour()) << section.why;
         EXPECT_EQ(section.decision(), Decision::reported);
         EXPECT_EQ(section.points[7].verdict.reason, fitting::RejectReason::no_contact);
     }

@@ -52,7 +52,7 @@ TEST_F(RunReviewTest, FollowsARunWhileItIsWritten) {
     ASSERT_EQ(review->recorded().all().size(), 1U);
     EXPECT_EQ(review->recorded().last_sequence(), 10U);
     EXPECT_FALSE(review->recorded().all()[0].finished);
-    EXPECT_FALSE(review->result_at(0).value()->closed());
+    EXPECT_FALSE(review->result_at(0).value()->has_contour());
 
     write(0, 10, count(0));
     end(0);
@@ -63,7 +63,7 @@ TEST_F(RunReviewTest, FollowsARunWhileItIsWritten) {
     ASSERT_EQ(review->recorded().all().size(), 2U);
     EXPECT_TRUE(review->recorded().all()[0].finished);
     EXPECT_EQ(review->recorded().all()[0].points.size(), count(0));
-    EXPECT_TRUE(review->result_at(0).value()->closed()) << "judged anew";
+    EXPECT_TRUE(review->result_at(0).value()->has_contour()) << "judged anew";
 
     // Every point once and in order, as if it had been read at one time.
     const auto whole = recorded_sections(*journal).value();
@@ -100,7 +100,7 @@ TEST_F(RunReviewTest, ASectionThatIsStillMeasuredChangesNothingOfTheOthers) {
         ASSERT_TRUE(journal->flush());
         ASSERT_TRUE(review->refresh());
         const auto& open = *review->result_at(2).value();
-        EXPECT_EQ(open.closed(), from >= 30) << "from 40 points on a part of it can be shown";
+        EXPECT_EQ(open.has_contour(), from >= 30) << "from 40 points on a part of it can be shown";
         EXPECT_FALSE(open.all_round());
         EXPECT_EQ(review->result_at(0).value(), kept);
         EXPECT_EQ(kept->fit->contour[0].position_mm, corner_mm);

@@ -79,7 +79,7 @@ TEST_F(ScanJobTest, MeasuresAndJudgesEverySection) {
     EXPECT_EQ(result.machine, "Fake 1 (test:)");
     ASSERT_EQ(result.sections.size(), 2U);
     for (const auto& section : result.sections)
-        EXPECT_TRUE(section.closed()) << section.why;
+        EXPECT_TRUE(section.has_contour()) << section.why;
     EXPECT_EQ(ran.outcome.samples, points());
     EXPECT_EQ(ran.outcome.latency.closed.count, 2U);
     EXPECT_EQ(ran.outcome.latency.decided.count, 2U);
@@ -414,7 +414,7 @@ TEST_F(UnknownJobTest, FindsThePartAndGoesRoundIt) {
     ASSERT_EQ(ran.outcome.result.sections.size(), 2U);
     for (std::size_t i = 0; i < 2; ++i) {
         const auto& section = ran.outcome.result.sections[i];
-        ASSERT_TRUE(section.closed()) << section.why;
+        ASSERT_TRUE(section.has_contour()) << section.why;
         for (const auto& point : section.fit->contour)
             EXPECT_LT(std::abs(distance_to_outline(point.position_mm, blade.outlines.at(i))), 0.02);
     }
@@ -433,7 +433,7 @@ TEST_F(UnknownJobTest, IsResumedInTheMiddleOfASection) {
     EXPECT_TRUE(ran.outcome.result.complete);
     ASSERT_EQ(ran.outcome.result.sections.size(), 2U);
     for (const auto& section : ran.outcome.result.sections)
-        EXPECT_TRUE(section.closed()) << section.why;
+        EXPECT_TRUE(section.has_contour()) << section.why;
     EXPECT_EQ(machine.count("scan"), 2U);
 }
 

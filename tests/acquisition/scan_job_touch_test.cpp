@@ -60,7 +60,7 @@ TEST_F(TouchJobTest, AMachineThatOnlyTouchesMeasuresEverySection) {
     expect_places();
     for (std::size_t i = 0; i < 2; ++i) {
         const auto& section = ran.outcome.result.sections.at(i);
-        ASSERT_TRUE(section.closed()) << section.why;
+        ASSERT_TRUE(section.has_contour()) << section.why;
         for (const auto& point : section.fit->contour)
             EXPECT_LT(std::abs(distance_to_outline(point.position_mm, part.outlines.at(i))), 0.02);
     }
@@ -257,7 +257,7 @@ struct UnknownTouchJobTest : TouchJobTest {
         ASSERT_EQ(outcome.result.sections.size(), 2U);
         for (std::size_t i = 0; i < 2; ++i) {
             const auto& section = outcome.result.sections[i];
-            ASSERT_TRUE(section.closed()) << section.why;
+            ASSERT_TRUE(section.has_contour()) << section.why;
             for (const auto& point : section.fit->contour)
                 EXPECT_LT(std::abs(distance_to_outline(point.position_mm, part.outlines.at(i))), 0.02);
         }

@@ -54,7 +54,7 @@ TEST_F(SectionFinisherTest, HandsSectionsOverByIndexAndOnce) {
     ASSERT_EQ(results.size(), 2U);
     for (std::size_t i = 0; i < 2; ++i) {
         EXPECT_EQ(results[i].index, i);
-        EXPECT_TRUE(results[i].closed()) << results[i].why;
+        EXPECT_TRUE(results[i].has_contour()) << results[i].why;
         EXPECT_EQ(results[i].decision(), Decision::accept);
         EXPECT_EQ(results[i].points.size(), job.plan.paths[i].points.size());
     }
@@ -123,7 +123,7 @@ TEST_F(SectionFinisherTest, ASectionThatCannotBeFittedSaysWhy) {
     finisher.submit(std::move(live));
     const auto results = finisher.take_all();
     ASSERT_EQ(results.size(), 1U);
-    EXPECT_FALSE(results[0].closed());
+    EXPECT_FALSE(results[0].has_contour());
     EXPECT_FALSE(results[0].why.empty());
     EXPECT_TRUE(holds(log.of(EventKind::section_final).at(0).payload, "\"why\":"));
 }

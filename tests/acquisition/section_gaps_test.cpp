@@ -63,7 +63,7 @@ const std::string judged = "profile_mm = 0.2\nedge_profile_mm = 0.2\n";
 TEST(SectionGaps, WhatRestsOnAGapIsNotEvaluableAndTheRestIs) {
     const auto part = judged_without(on_suction_side, judged);
     const SectionResult& section = part.sections[1];
-    ASSERT_TRUE(section.closed()) << section.why;
+    ASSERT_TRUE(section.has_contour()) << section.why;
     ASSERT_EQ(section.gaps().size(), 1U);
     EXPECT_NEAR(section.gaps()[0].length_mm, 8.5 + 2 * 4 * 0.5, 1.0);  // four points on either side
     EXPECT_EQ(section.find("profile_suction")->decision, Decision::undecided);
@@ -97,7 +97,7 @@ TEST(SectionGaps, APartOfWhichNothingIsRequiredIsNotDone) {
 TEST(SectionGaps, WhereNothingIsRequiredASmallGapIsOnlyReported) {
     for (const std::size_t missing : {0U, 4U, 6U}) {
         SectionResult section;
-        section.fit.emplace().closed = true;
+        section.fit.emplace();
         for (std::size_t i = 0; i <= 100; ++i) {
             fitting::ContourPoint point;
             point.arc_length_mm = 0.5 * static_cast<double>(i);
@@ -129,7 +129,7 @@ TEST(SectionGaps, WithAWideGapTheLeanComesFromTheOthers) {
     const auto part = judged_without(on_suction_side, judged);
     const auto two = judged_without([](const auto&, const auto&) { return true; }, judged);
     const SectionResult& section = part.sections[1];
-    ASSERT_TRUE(section.closed()) << section.why;
+    ASSERT_TRUE(section.has_contour()) << section.why;
     EXPECT_EQ(section.compensation.state, Compensation::State::final) << section.compensation.note;
     double largest = 0.0;
     for (std::size_t i = 0; i < section.deviation_mm.size(); ++i)
@@ -147,7 +147,7 @@ TEST(SectionGaps, WithAWideGapTheLeanComesFromTheOthers) {
 TEST(SectionGaps, WithoutAnySectionAllRoundTheOffsetStaysInThePlane) {
     const auto part = judged_without(on_suction_side, judged, {0, 1, 2});
     for (const SectionResult& section : part.sections) {
-        ASSERT_TRUE(section.closed()) << section.why;
+        ASSERT_TRUE(section.has_contour()) << section.why;
         EXPECT_EQ(section.compensation.state, Compensation::State::flat);
         EXPECT_NE(section.compensation.note.find("no other section"), std::string::npos) << section.compensation.note;
         EXPECT_TRUE(section.find("le_radius")->value);
@@ -157,7 +157,7 @@ TEST(SectionGaps, WithoutAnySectionAllRoundTheOffsetStaysInThePlane) {
 TEST(SectionGaps, WithoutAnEdgeTheRestIsJudged) {
     const auto part = judged_without(round_the_te, judged);
     const SectionResult& section = part.sections[1];
-    ASSERT_TRUE(section.closed()) << section.why;
+    ASSERT_TRUE(section.has_contour()) << section.why;
     EXPECT_FALSE(section.all_round());
     EXPECT_NE(section.why_not_all_round().find("nothing was measured between"), std::string::npos);
     EXPECT_TRUE(section.nose_mm(fitting::Zone::le));
@@ -185,7 +185,7 @@ TEST(SectionGaps, OneSideAloneIsJudged) {
     for (const double thicken_mm : {0.0, 0.15}) {
         const auto part = judged_without(but_suction, judged, {0, 1, 2}, thicken_mm, false);
         for (const SectionResult& section : part.sections) {
-            ASSERT_TRUE(section.closed()) << section.why;
+            ASSERT_TRUE(section.has_contour()) << section.why;
             EXPECT_FALSE(section.all_round());
             const auto& suction = *section.find("profile_suction");
             ASSERT_TRUE(suction.value) << suction.note;

@@ -131,7 +131,6 @@ inline ReferenceContour reference(const Section& section, double ball_radius_mm)
 template <class Deviation>
 fitting::SectionFit fit_of(const Section& section, const Shape& shape, const Deviation& deviation) {
     fitting::SectionFit fit;
-    fit.closed = true;
     fit.noise_sigma_mm = 0.001;
     fit.contour = section.contour();
     for (auto& point : fit.contour) {

@@ -155,7 +155,7 @@ TEST_F(ToleranceWatchTest, ASectionThatWasBrokenOffIsRejectedAllTheSame) {
         LiveSection live(setup, test_lsb_mm, core::PartFromMachine(), measured.size());
         live.add(std::span(measured).first(count));
         const auto result = judge.finish(setup, live.points());
-        EXPECT_EQ(result.closed(), count > 36);
+        EXPECT_EQ(result.has_contour(), count > 36);
         EXPECT_FALSE(result.all_round());
         EXPECT_EQ(result.decision(), Decision::reject);
         Names rejected;

@@ -71,7 +71,6 @@ class SurfaceDeviations : public testing::Test {
         SectionResult section;
         section.z_mm = z_mm;
         section.fit.emplace();
-        section.fit->closed = true;
         constexpr int count = 720;
         for (int i = 0; i < count; ++i) {
             const double t = 2.0 * std::numbers::pi * i / count;

@@ -19,7 +19,6 @@ constexpr double rad_per_deg = std::numbers::pi / 180.0;
 SectionFit elliptic_section(double a, double b, const std::function<double(double)>& off = {}) {
     constexpr std::size_t n = 4000;
     SectionFit fit;
-    fit.closed = true;
     for (std::size_t i = 0; i < n; ++i) {
         const double t = 2.0 * std::numbers::pi * static_cast<double>(i) / n;
         ContourPoint point;

@@ -77,7 +77,7 @@ Row point_row(const acquisition::RecordedPoint& point, const acquisition::Sectio
 
 std::string contour_rows(const acquisition::SectionResult& section) {
     Row rows;
-    if (!section.closed()) return rows.text();
+    if (!section.has_contour()) return rows.text();
     const auto& contour = section.fit->contour;
     for (std::size_t i = 0; i < contour.size(); ++i) {
         Row row;
@@ -277,7 +277,7 @@ core::Result<std::string> section_document(RunReview& review, std::size_t index)
         .add("decision", acquisition::to_string(section.decision()))
         .add("rejected", section.rejected())
         .add("why", section.why_not_all_round());
-    if (section.closed()) {
+    if (section.has_contour()) {
         fields.add("noise_mm", section.fit->noise_sigma_mm, 6)
             .raw("le", nose_row(section, fitting::Zone::le))
             .raw("te", nose_row(section, fitting::Zone::te));
