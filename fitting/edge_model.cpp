@@ -32,7 +32,7 @@ class Chooser {
         for (const double angle : first_turns_rad) {
             window_ = fitter_.turning_by(angle);
             if (window_.count() < EllipseShape::size + 3) break;
-            if (try_models()) break;
+            if (!fitter_.reaches_a_side(window_) && try_models()) break;
         }
         pick();
         return std::move(choice_);

@@ -76,6 +76,8 @@ class ModelFitter {
     double gain(double squares, int parameters, const EdgeWindow& w) const;
     /// The points about the nose whose normals are within the angle of the nose's.
     EdgeWindow turning_by(double angle_rad) const;
+    /// Whether a window goes on along a side: most of the way from the nose to one end has next to no turn.
+    bool reaches_a_side(const EdgeWindow& w) const;
     const std::vector<Vec2>& centres() const { return centres_; }
     const EdgePoints& edge() const { return edge_; }
     double ball_mm() const { return edge_.ball_mm; }

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/rng.hpp"
+#include "fitting/model_fitter.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -111,6 +112,35 @@ double share_of_right_choices(const Outline& outline, EdgeModel right, double si
         found += chosen(choose_edge_model(measured(outline, 1.0, sigma, rng))) == right;
     }
     return found / static_cast<double>(runs);
+}
+
+/// A circle that turns by so much to either side of the nose.
+Outline wedge(double radius, double turn_rad) {
+    return with_sides(
+        [=](double w) -> Place {
+            const Vec2 n(std::cos(turn_rad * w), std::sin(turn_rad * w));
+            return {radius * n, n};
+        },
+        7.0);
+}
+
+/// A window that ends where the normal has turned by 75 degrees takes in a side where the edge turns by less.
+TEST(EdgeModel, AWindowThatGoesOnAlongASideIsToldFromALongEdge) {
+    for (const double ball : {0.0, 1.0})
+        for (const double sigma : {0.0, 3e-3}) {
+            core::Rng rng(1);
+            const auto reaches_a_side = [&](const Outline& outline, double turn_rad) {
+                const EdgePoints edge = measured(outline, ball, sigma, rng);
+                const ModelFitter fitter(edge);
+                return fitter.reaches_a_side(fitter.turning_by(turn_rad));
+            };
+            EXPECT_TRUE(reaches_a_side(wedge(0.25, 1.1), 1.3));
+            EXPECT_TRUE(reaches_a_side(wedge(0.4, 1.25), 1.3));
+            EXPECT_FALSE(reaches_a_side(wedge(0.4, 1.1), 1.0));
+            EXPECT_FALSE(reaches_a_side(wedge(0.4, 1.4), 1.3));
+            EXPECT_FALSE(reaches_a_side(ellipse(1.6, 0.4), 1.3));
+            EXPECT_FALSE(reaches_a_side(parabola(0.25, 1.3), 1.3));
+        }
 }
 
 TEST(EdgeModel, PicksTheFormThatTheEdgeHas) {
