@@ -133,11 +133,17 @@ void ParallelCurve::add_piece(std::size_t span) {
         add_part(span, runs[i].from, i + 1 < runs.size() ? runs[i + 1].from : to, runs[i].backwards);
 }
 
+/// A piece may be so short that its parameter has no value between two of them.
+bool ParallelCurve::can_halve(std::size_t span, double from, double to) const {
+    const double width = source_.breaks()[span + 1] - source_.breaks()[span], middle = 0.5 * (from + to);
+    return to - from > least_share * width && from < middle && middle < to;
+}
+
 /// Where the parallel curve stops and turns back, by bisection of what is not certain.
 void ParallelCurve::find_runs(std::size_t span, double from, double to, std::vector<Run>& runs) const {
     const double origin = source_.breaks()[span], middle = 0.5 * (from + to);
     int direction = direction_of(source_.pieces()[span], from - origin, to - origin, distance_);
-    if (direction == 0 && to - from > least_share * (source_.breaks()[span + 1] - origin)) {
+    if (direction == 0 && can_halve(span, from, to)) {
         find_runs(span, from, middle, runs);
         return find_runs(span, middle, to, runs);
     }
@@ -148,8 +154,7 @@ void ParallelCurve::find_runs(std::size_t span, double from, double to, std::vec
 void ParallelCurve::add_part(std::size_t span, double from, double to, bool backwards) {
     Stretch s = stretch_of(span, from, to, backwards);
     if (backwards && (s.end - s.begin).norm() + s.reach < least_loop_mm) s.backwards = backwards = false;
-    const double width = source_.breaks()[span + 1] - source_.breaks()[span];
-    if (s.turn > most_turn_rad && to - from > least_share * width) {
+    if (s.turn > most_turn_rad && can_halve(span, from, to)) {
         add_part(span, from, 0.5 * (from + to), backwards);
         return add_part(span, 0.5 * (from + to), to, backwards);
     }

@@ -57,6 +57,7 @@ class ParallelCurve {
         double from = 0.0;
         bool backwards = false;
     };
+    bool can_halve(std::size_t span, double from, double to) const;
     void find_runs(std::size_t span, double from, double to, std::vector<Run>& runs) const;
     Stretch stretch_of(std::size_t span, double from, double to, bool backwards) const;
 

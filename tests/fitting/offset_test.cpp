@@ -8,6 +8,7 @@
 
 #include "core/rng.hpp"
 #include "fitting/closed_curve.hpp"
+#include "fitting/parallel_curve.hpp"
 #include "support/shapes.hpp"
 
 namespace cmm::fitting {
@@ -140,6 +141,29 @@ TEST(Offset, AConcaveCornerStopsTheBall) {
 
 /// On smooth random outlines, at random distances: every point is as far from the source as it should be, the curve
 /// goes on without gaps or steps back, and what was not cut off is not nearer to the source than the distance.
+/// Far round the curve a parameter has few digits left within a very short piece; where the curvature passes that of
+/// the ball there, halving ends with them.
+TEST(Offset, APieceHardlyLongerThanItsParameterTells) {
+    constexpr double begin = 1000.0, width = 2e-4, ball = 1.0;
+    const Vec2 origin(0.0, 0.0), start(-begin, 0.0);
+    const PiecewiseCubic::Piece bent{origin, Vec2(1.0, 0.0), Vec2(0.0, 0.2), Vec2(0.0, 1e3)};
+    const Vec2 end = bent[0] + width * (bent[1] + width * (bent[2] + width * bent[3])), top(0.0, begin);
+    const auto side = [](const Vec2& from, const Vec2& to) {
+        return PiecewiseCubic::Piece{from, (to - from).normalized(), Vec2::Zero(), Vec2::Zero()};
+    };
+    const double second = begin + width, third = second + (top - end).norm(), whole = third + (start - top).norm();
+    const PiecewiseCubic source({0.0, begin, second, third, whole},
+                                {side(start, origin), bent, side(end, top), side(top, start)}, true);
+    const ParallelCurve parallel(source, -ball);
+    std::vector<Stretch> of_bent;
+    for (const Stretch& s : parallel.stretches())
+        if (s.span == 1 && !s.about_corner) of_bent.push_back(s);
+    ASSERT_EQ(of_bent.size(), 2U);
+    EXPECT_FALSE(of_bent[0].backwards);
+    EXPECT_TRUE(of_bent[1].backwards);
+    EXPECT_NEAR(source.jet(of_bent[0].to).curvature(), 1.0 / ball, 1e-6);
+}
+
 TEST(Offset, AgreesWithTheDistanceOnRandomOutlines) {
     core::Rng rng(5);
     int trimmed = 0;
