@@ -73,7 +73,7 @@ Chain make_chain(std::span<const Vec2> points, const std::vector<std::size_t>& u
     for (const std::size_t i : usable)
         all.push_back(points[i]);
     Chain chain;
-    chain.bad = find_bad_points(all, false, floor).bad;
+    chain.bad = find_clearly_bad_points(all, false, floor);
     chain.repeated.assign(all.size(), 0);
     Vec2 low = all.front(), high = low;
     for (std::size_t k = 0; k < all.size(); ++k) {
@@ -263,7 +263,7 @@ void join_passes(std::span<const Vec2> points, const std::vector<std::size_t>& l
     std::vector<Vec2> ordered;
     for (const std::size_t i : lap.index)
         ordered.push_back(points[i]);
-    const auto bad = find_bad_points(ordered, true, reject_floor_mm).bad;
+    const auto bad = find_clearly_bad_points(ordered, true, reject_floor_mm);
     // A bad point stays where its predecessor is.
     std::vector<Vec2> corners;
     std::vector<double> breaks{0.0};

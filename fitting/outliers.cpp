@@ -23,13 +23,7 @@ class Finder {
     Finder(std::span<const Vec2> points, bool closed, double floor) : chain_(points, closed, floor), search_(chain_) {}
 
     BadPoints run() {
-        const std::ptrdiff_t last = chain_.size() - 1;
-        chain_.test(0, last);
-        chain_.estimate_scatter();
-        if (chain_.set_strides()) {
-            chain_.test(0, last);
-            chain_.estimate_scatter();
-        }
+        test_all();
         // What is found makes the scatter smaller, and more stands out.
         for (int round = 0; round < most_accusations && accuse(); ++round) {
             for (const auto& [low, high] : stretches_)
@@ -45,8 +39,26 @@ class Finder {
         return chain_.report();
     }
 
+    std::vector<char> run_while_clear() {
+        test_all();
+        accuse();
+        for (const auto& [low, high] : stretches_)
+            (void)convict(low, high);
+        return chain_.report().bad;
+    }
+
   private:
     using Stretch = std::pair<std::ptrdiff_t, std::ptrdiff_t>;  // first and last point
+
+    void test_all() {
+        const std::ptrdiff_t last = chain_.size() - 1;
+        chain_.test(0, last);
+        chain_.estimate_scatter();
+        if (chain_.set_strides()) {
+            chain_.test(0, last);
+            chain_.estimate_scatter();
+        }
+    }
 
     /// Every suspect accuses the neighbours that its test rests on, and itself. False when there is none.
     bool accuse() {
@@ -183,6 +195,11 @@ BadPoints find_bad_points(std::span<const Vec2> points, bool closed, double floo
     all.residual.assign(points.size(), 0.0);
     all.threshold_mm.assign(points.size(), floor_mm);
     return all;
+}
+
+std::vector<char> find_clearly_bad_points(std::span<const Vec2> points, bool closed, double floor_mm) {
+    if (points.size() < fewest_judged_points) return std::vector<char>(points.size(), 0);
+    return Finder(points, closed, floor_mm).run_while_clear();
 }
 
 }  // namespace cmm::fitting

@@ -27,4 +27,8 @@ struct BadPoints {
 /// (docs/theory.md, section 2). Nothing below `floor_mm` is called bad. Closed chains wrap. O(n); never throws.
 BadPoints find_bad_points(std::span<const Vec2> points, bool closed, double floor_mm);
 
+/// The first half of it, for who only asks for the way: the points that the good ones around them contradict sharply,
+/// worst first. Where neighbours disagree with each other nobody is called bad. O(n); never throws.
+std::vector<char> find_clearly_bad_points(std::span<const Vec2> points, bool closed, double floor_mm);
+
 }  // namespace cmm::fitting

@@ -8,7 +8,9 @@
 #include <limits>
 #include <numbers>
 
+#include "core/rng.hpp"
 #include "fitting/nominal.hpp"
+#include "fitting/outliers.hpp"
 #include "fitting/section.hpp"
 #include "support/families.hpp"
 #include "support/truth.hpp"
@@ -258,6 +260,35 @@ TEST(Ordering, BadPointsOfAStretchThatWasMeasuredOnceMoreAreFound) {
         EXPECT_EQ(verdict.reason != RejectReason::none, bad) << i;
         EXPECT_NEAR(verdict.residual_mm, bad ? 0.04 : 0.0, 5e-3) << i;
     }
+}
+
+/// Where bad points and a second measurement of the same stretch come together, who is judged by whom is not clear yet:
+/// the section is fitted all the same.
+TEST(Ordering, AScanThatStepsBackAmongBadPointsIsFitted) {
+    for (const auto family : families::all_families)
+        for (std::uint64_t seed = 1; seed <= 10; ++seed)
+            for (const bool long_runs : {false, true}) {
+                core::Rng rng(seed);
+                families::ScanOptions scanning;
+                scanning.points = 400;
+                scanning.seed = 1000 + seed;
+                scanning.bad_share = long_runs ? 0.03 : 0.015;
+                scanning.longest_run = long_runs ? longest_bad_run : 3;
+                scanning.sigma_mm = long_runs ? 1e-3 : 3e-3;
+                const auto scan = families::scan(families::make(family, seed), scanning);
+                const auto from = 40 + static_cast<std::size_t>(340.0 * rng.uniform());
+                const auto again = from - 8 - static_cast<std::size_t>(20.0 * rng.uniform());
+                std::vector<Vec2> points(scan.points.begin(), scan.points.begin() + static_cast<std::ptrdiff_t>(from));
+                for (std::size_t i = again; i < from; ++i) {
+                    const bool good = scan.bad[i] == 0.0 && scan.bad[i + 1] == 0.0;
+                    points.push_back(good ? Vec2(0.5 * (scan.points[i] + scan.points[i + 1]))
+                                          : Vec2(scan.points[i] + Vec2(1e-3, 1e-3)));
+                }
+                points.insert(points.end(), scan.points.begin() + static_cast<std::ptrdiff_t>(from), scan.points.end());
+                const auto fit = fit_section(points, {}, {});
+                EXPECT_TRUE(fit) << families::to_string(family) << " " << seed << " " << long_runs << ": "
+                                 << fit.error().message;
+            }
 }
 
 /// Where the ball lies still in a hollow (of an engine blade's cooling slot) the points crowd, and trembling steps of
