@@ -139,8 +139,6 @@ TEST(Offset, AConcaveCornerStopsTheBall) {
     EXPECT_NEAR((part.jet(centres.corners[0].to).position - Vec2(3, 4)).norm(), 0.0, 1e-12);
 }
 
-/// On smooth random outlines, at random distances: every point is as far from the source as it should be, the curve
-/// goes on without gaps or steps back, and what was not cut off is not nearer to the source than the distance.
 /// Far round the curve a parameter has few digits left within a very short piece; where the curvature passes that of
 /// the ball there, halving ends with them.
 TEST(Offset, APieceHardlyLongerThanItsParameterTells) {
@@ -164,6 +162,8 @@ TEST(Offset, APieceHardlyLongerThanItsParameterTells) {
     EXPECT_NEAR(source.jet(of_bent[0].to).curvature(), 1.0 / ball, 1e-6);
 }
 
+/// On smooth random outlines, at random distances: every point is as far from the source as it should be, the curve
+/// goes on without gaps or steps back, and what was not cut off is not nearer to the source than the distance.
 TEST(Offset, AgreesWithTheDistanceOnRandomOutlines) {
     core::Rng rng(5);
     int trimmed = 0;
