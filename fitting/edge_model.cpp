@@ -32,7 +32,9 @@ class Chooser {
         for (const double angle : first_turns_rad) {
             window_ = fitter_.turning_by(angle);
             if (window_.count() < EllipseShape::size + 3) break;
-            if (!fitter_.reaches_a_side(window_) && try_models()) break;
+            // The narrowest is tried in any case: it says why there is no model.
+            if (angle != first_turns_rad.back() && fitter_.reaches_a_side(window_)) continue;
+            if (try_models()) break;
         }
         pick();
         return std::move(choice_);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <optional>
 #include <string>
 
 #include "core/rng.hpp"
@@ -141,6 +142,18 @@ TEST(EdgeModel, AWindowThatGoesOnAlongASideIsToldFromALongEdge) {
             EXPECT_FALSE(reaches_a_side(ellipse(1.6, 0.4), 1.3));
             EXPECT_FALSE(reaches_a_side(parabola(0.25, 1.3), 1.3));
         }
+}
+
+/// An edge that turns by 34 degrees to either side has no window without a side: what was tried is told all the same.
+TEST(EdgeModel, WhereEveryWindowTakesInASideTheReasonIsTold) {
+    core::Rng rng(1);
+    for (const auto request : {std::optional<EdgeModel>(), std::optional(EdgeModel::arc)}) {
+        const EdgeChoice choice = choose_edge_model(measured(wedge(0.4, 0.6), 1.0, 1e-3, rng), request);
+        EXPECT_FALSE(choice.chosen);
+        ASSERT_FALSE(choice.trials.empty());
+        EXPECT_EQ(choice.trials.front().model, EdgeModel::arc);
+        EXPECT_FALSE(choice.trials.front().why.empty());
+    }
 }
 
 TEST(EdgeModel, PicksTheFormThatTheEdgeHas) {
