@@ -46,6 +46,11 @@ class ChainState {
     SplineResidual test(std::ptrdiff_t i);
     /// The same of all points from low to high that are not bad; their ratios are kept.
     void test(std::ptrdiff_t low, std::ptrdiff_t high);
+    /// Whether that test makes it suspect now.
+    bool stands_out(std::ptrdiff_t i) {
+        const SplineResidual now = test(i);
+        return std::abs(now.distance_mm) > suspect_factor * now.gain * sigma_at(i);
+    }
     /// The prediction by all good neighbours.
     Verdict judge(std::ptrdiff_t i);
     void note(std::ptrdiff_t i, PointState now, const Verdict& verdict);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "fitting/chain_state.hpp"
+#include "fitting/excused_runs.hpp"
 #include "fitting/stretch_search.hpp"
 #include "fitting/swapped_runs.hpp"
 
@@ -26,11 +27,12 @@ class Finder {
         test_all();
         // What is found makes the scatter smaller, and more stands out.
         for (int round = 0; round < most_accusations && accuse(); ++round) {
-            for (const auto& [low, high] : stretches_)
-                if (!convict(low, high)) {
-                    hear(low, high);
-                    acquit(low, high);
-                }
+            for (const auto& [low, high] : stretches_) {
+                const bool clear = convict(low, high);
+                if (!clear) hear(low, high);
+                const bool excused = convict_excused_runs(chain_, low, high);
+                if (!clear || excused) acquit(low, high);
+            }
             for (const auto& [low, high] : stretches_)
                 chain_.test(low - reach, high + reach);
             chain_.estimate_scatter();

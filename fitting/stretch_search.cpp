@@ -195,9 +195,7 @@ void StretchSearch::verify(std::ptrdiff_t low, std::ptrdiff_t high) {
         std::ptrdiff_t worst = ChainState::none;
         Verdict found;
         for (std::ptrdiff_t i = low; i <= high; ++i) {
-            if (chain_.state(i) != PointState::good) continue;
-            const SplineResidual again = chain_.test(i);
-            if (std::abs(again.distance_mm) <= ChainState::suspect_factor * again.gain * chain_.sigma_at(i)) continue;
+            if (chain_.state(i) != PointState::good || !chain_.stands_out(i)) continue;
             const Verdict verdict = chain_.judge(i);
             if (!verdict.resolved || std::abs(verdict.ratio()) <= ChainState::reject_factor) continue;
             if (worst != ChainState::none && std::abs(verdict.ratio()) <= std::abs(found.ratio())) continue;

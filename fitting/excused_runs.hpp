@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+
+#include "fitting/chain_state.hpp"
+
+namespace cmm::fitting {
+
+/// Bad points side by side bear each other out: among all others each is predicted, and only the good points beside
+/// them stand out. Where a good point from low to high still does, the shortest run near it is taken away whose
+/// absence leaves nobody who does, and which the points around it contradict, all of it. True when there was one.
+/// O(high - low).
+bool convict_excused_runs(ChainState& chain, std::ptrdiff_t low, std::ptrdiff_t high);
+
+}  // namespace cmm::fitting
