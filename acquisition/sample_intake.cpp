@@ -12,7 +12,7 @@ namespace {
 constexpr std::size_t show_every_points = 64;
 constexpr std::int64_t show_every_ns = 100'000'000;
 
-constexpr double nearing_ms = 100.0;
+constexpr double nearing_ms = 50.0;
 
 }  // namespace
 

@@ -10,7 +10,8 @@
 namespace cmm::acquisition {
 namespace {
 
-constexpr double rehearsals_within = 10.0;
+constexpr double rehearsals_within = 5.0;
+constexpr double late_ms = 20.0;  // the last point, by what its section was going to take
 
 }  // namespace
 
@@ -57,11 +58,13 @@ void SectionFinisher::rehearse(const SectionSetup& setup, std::vector<RecordedPo
     const std::lock_guard lock(mutex_);
     if (busy_ || judgement_ms_ * rehearsals_within > left_ms) return;
     busy_ = true;
-    workers_.post([this, &setup, points = std::move(points), judge = judge_.alone()]() mutable {
+    workers_.post([this, &setup, left_ms, points = std::move(points), judge = judge_.alone()]() mutable {
         const auto begun = clock_.now();
         (void)judge.finish(setup, std::move(points));
         took_since(begun);
-        go_on();
+        const Workers& workers = workers_;
+        go_on();  // whoever waits for that may destroy this object
+        workers.stay_awake(core::from_ms(left_ms + late_ms));
     });
 }
 

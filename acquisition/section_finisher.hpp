@@ -46,8 +46,9 @@ class SectionFinisher {
 
     void submit(std::unique_ptr<LiveSection> section);
     /// Judges `points` as the section that will be submitted in `left_ms`, and forgets it: code and data are in the
-    /// caches then, and the section itself takes a quarter less. Not where somebody might have to wait for it: a
-    /// judgement under way, or one that took more than a tenth of the time left.
+    /// caches then, and its thread stays awake until that is there (or others have work): the section itself takes a
+    /// third less. Not where somebody might have to wait for it: a judgement under way, or one that took more than a
+    /// fifth of the time left.
     void rehearse(const SectionSetup& setup, std::vector<RecordedPoint> points, double left_ms);
     /// Whether one of the finished sections is rejected for certain: then the part is, whatever comes.
     bool rejected() const;

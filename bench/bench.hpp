@@ -38,6 +38,9 @@ void bench_live();
 /// Blades of three families of which a stretch was not measured, anywhere and of any width: how far what counts as
 /// measured is from the truth.
 void bench_gaps();
+/// Blades of three families with bad points in runs of one to five, low and high, of 600, 1000 and 2000 points: how
+/// many of the bad ones are missed and of the good ones lost.
+void bench_bad_runs();
 /// Microseconds an offset contour of 2000 points and the offset as a spline, with its true error.
 void bench_offsets();
 

@@ -60,6 +60,7 @@ int main(int count, char** arguments) {
     if (wanted("peers")) cmm::bench::bench_peers();
     if (wanted("offsets")) cmm::bench::bench_offsets();
     if (wanted("gaps")) cmm::bench::bench_gaps();
+    if (wanted("runs")) cmm::bench::bench_bad_runs();
     if (wanted("surface")) cmm::bench::bench_surface();
     if (wanted("compensation")) cmm::bench::bench_compensation_methods();
     if (wanted("live")) cmm::bench::bench_live();

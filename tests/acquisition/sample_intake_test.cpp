@@ -104,8 +104,8 @@ TEST_F(SampleIntakeTest, SaysOnceThatASectionNearsItsEnd) {
           [&](const LiveSection& section, double left_ms) { seen.emplace_back(section.missing(), left_ms); });
     feed(1);
     ASSERT_EQ(seen.size(), 1U);
-    EXPECT_EQ(seen[0].first, 10U);
-    EXPECT_NEAR(seen[0].second, 100.0, 1e-6);
+    EXPECT_EQ(seen[0].first, 5U);
+    EXPECT_NEAR(seen[0].second, 50.0, 1e-6);
 }
 
 TEST_F(SampleIntakeTest, OfASectionWithoutAKnownEndNothingIsSaid) {

@@ -98,6 +98,34 @@ TEST_F(WorkersTest, ALongWorkHoldsUpNoShortOne) {
     EXPECT_EQ(ended, (std::vector<std::string>{"short", "long"}));
 }
 
+TEST_F(WorkersTest, WhoStaysAwakeHoldsUpNobody) {
+    const auto stay = [this](std::promise<void>& begun) {
+        workers.post([this, &begun] {
+            begun.set_value();
+            workers.stay_awake(std::chrono::hours(1));
+        });
+        begun.get_future().wait();
+    };
+    std::promise<void> first, second, posted;
+    stay(first);
+    workers.post([&] { posted.set_value(); });
+    EXPECT_EQ(posted.get_future().wait_for(std::chrono::seconds(20)), std::future_status::ready);
+    stay(second);
+    asio::co_spawn(loop, note("awaited"), asio::detached);
+    loop.run();
+    EXPECT_EQ(ended, std::vector<std::string>{"awaited"});
+}
+
+TEST_F(WorkersTest, WhoStaysAwakeGoesToSleepAgain) {
+    std::promise<bool> slept;
+    workers.post([&] {
+        const auto begun = std::chrono::steady_clock::now();
+        workers.stay_awake(std::chrono::milliseconds(20));
+        slept.set_value(std::chrono::steady_clock::now() - begun >= std::chrono::milliseconds(20));
+    });
+    EXPECT_TRUE(slept.get_future().get());
+}
+
 TEST_F(WorkersTest, WhatIsThrownComesOutWhereItIsAwaited) {
     std::string what;
     auto ask = [&]() -> asio::awaitable<void> {
