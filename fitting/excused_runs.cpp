@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::ptrdiff_t near_by = 2;  // strides from who stands out to the run
 constexpr auto longest = static_cast<std::ptrdiff_t>(longest_bad_run);
-constexpr std::ptrdiff_t fewest_points = 4 * longest;  // the run and as many to either side are different ones
+constexpr std::ptrdiff_t fewest_around = 4 * longest;  // the run and as many to either side are different ones
 
 /// Points from first to last.
 struct Run {
@@ -107,7 +107,7 @@ bool convict_run_at(ChainState& chain, std::ptrdiff_t at) {
 }  // namespace
 
 bool convict_excused_runs(ChainState& chain, std::ptrdiff_t low, std::ptrdiff_t high) {
-    if (chain.size() < fewest_points) return false;
+    if (chain.size() < fewest_around) return false;
     bool any = false;
     for (std::ptrdiff_t i = low; i <= high; ++i)
         if (chain.state(i) == PointState::good && chain.stands_out(i)) any = convict_run_at(chain, i) || any;
