@@ -54,10 +54,11 @@ std::array<Count, scan_points.size()> count(std::uint64_t blades, ScanOptions sc
 }
 
 void report(const std::string& what, const std::array<Count, scan_points.size()>& counts) {
+    const std::string columns = "(600, 1000, 2000 points)";
     print(what + ": missed", {counts[0].missed_percent(), counts[1].missed_percent(), counts[2].missed_percent()}, "%",
-          "");
+          columns);
     print("  good points lost", {counts[0].lost_percent(), counts[1].lost_percent(), counts[2].lost_percent()}, "%",
-          "");
+          columns);
     for (const Count& count : counts)
         if (count.open > 0) print_one("  not evaluable", static_cast<double>(count.open), "scans", "0");
 }

@@ -19,7 +19,7 @@ namespace {
 namespace families = fitting::families;
 using fitting::RejectReason;
 
-/// A compressor blade of 25 sections: in the fourth one three bad points beside an edge's end pass for its form.
+/// A compressor blade of 25 sections: in the fourth one three bad points at the LE's nose pass for its form.
 struct StraySections : ::testing::Test {
     static constexpr std::size_t stray = 3;
     families::TwistedBlade blade{families::Family::compressor, 26};

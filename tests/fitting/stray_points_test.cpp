@@ -52,7 +52,7 @@ struct FittedBlade {
     bool is_good(std::size_t k, std::size_t i) const { return fits[k].verdicts[i].reason == RejectReason::none; }
 };
 
-/// Two and three of 20 to 33 um beside an edge, which the single section takes for its form.
+/// Two and three of 20 to 33 um on an edge or beside it, which the single section takes for its form.
 TEST(StrayPoints, WhatASectionTakesForItsFormTheOthersBetray) {
     std::size_t missed = 0, found = 0;
     for (const auto& [family, seed] :
