@@ -12,21 +12,20 @@ namespace {
 constexpr double agreement = 1e-13;  // of all spans together
 constexpr int most_bisections = 12;
 
+using Eight = Eigen::Array<double, 8, 1>;
+constexpr std::array<double, 8> gauss_nodes{0.019855071751231884, 0.10166676129318663, 0.23723379504183551,
+                                            0.40828267875217511,  0.59171732124782489, 0.76276620495816449,
+                                            0.89833323870681337,  0.98014492824876812};
+constexpr std::array<double, 8> gauss_weights{0.050614268145188129, 0.11119051722668724, 0.15685332293894363,
+                                              0.18134189168918099,  0.18134189168918099, 0.15685332293894363,
+                                              0.11119051722668724,  0.050614268145188129};
+
 /// Integral of the speed of piece `p` over [from, from + h] (from its own start): Gauss-Legendre, eight points.
 double gauss(const PiecewiseCubic::Piece& p, double from, double h) {
-    using Eight = Eigen::Array<double, 8, 1>;
-    static const Eight nodes =
-        (Eight() << 0.019855071751231884, 0.10166676129318663, 0.23723379504183551, 0.40828267875217511,
-         0.59171732124782489, 0.76276620495816449, 0.89833323870681337, 0.98014492824876812)
-            .finished();
-    static const Eight weights =
-        (Eight() << 0.050614268145188129, 0.11119051722668724, 0.15685332293894363, 0.18134189168918099,
-         0.18134189168918099, 0.15685332293894363, 0.11119051722668724, 0.050614268145188129)
-            .finished();
-    const Eight u = from + h * nodes;
+    const Eight u = from + h * Eigen::Map<const Eight>(gauss_nodes.data());
     const Eight x = p[1].x() + u * (2.0 * p[2].x() + 3.0 * p[3].x() * u);
     const Eight y = p[1].y() + u * (2.0 * p[2].y() + 3.0 * p[3].y() * u);
-    return h * (weights * (x * x + y * y).sqrt()).sum();
+    return h * (Eigen::Map<const Eight>(gauss_weights.data()) * (x * x + y * y).sqrt()).sum();
 }
 
 /// Halvings that a span needs for the agreement.
@@ -105,17 +104,20 @@ CurvePlace ArcLength::place(const PiecewiseCubic& curve, double s_mm) const {
     const double from = here.t, to = cell + 2 < cells_.size() ? cells_[cell + 1].t : curve.breaks().back();
     const double length = cells_[cell + 1].s - here.s, wanted = std::clamp(s_mm - here.s, 0.0, length);
     if (!(length > 0.0)) return {here.span, from};
-    // Cubic Hermite of t over s, then Newton.
+    // Cubic Hermite of t over s, then Newton's method with the second derivative.
     const double x = wanted / length, rise = to - from;
     const double a = here.slowness * length, b = here.slowness_end * length;
     double t = std::clamp(from + x * (a + x * (3.0 * rise - 2.0 * a - b + x * (a + b - 2.0 * rise))), from, to);
     const double origin = curve.breaks()[here.span];
     for (int step = 0; step < 8; ++step) {
-        const double speed = curve.jet_in(here.span, t).speed();
-        if (!(speed > 0.0)) break;
-        const double correction = (wanted - gauss(curve.pieces()[here.span], from - origin, t - from)) / speed;
+        const Jet jet = curve.jet_in(here.span, t);
+        const double squared = jet.d1.squaredNorm();
+        if (!(squared > 0.0)) break;
+        const double missing = wanted - gauss(curve.pieces()[here.span], from - origin, t - from);
+        const double newton = missing / std::sqrt(squared);
+        const double correction = newton * (1.0 - 0.5 * newton * jet.d1.dot(jet.d2) / squared);
         t = std::clamp(t + correction, from, to);
-        if (std::abs(correction) < 3e-7 * rise) break;  // the step just made squared this
+        if (std::abs(correction) < 1e-4 * rise) break;  // the step just made cubed this
     }
     return {here.span, t};
 }

@@ -11,7 +11,8 @@ namespace cmm::fitting {
 /// Symmetric band matrices of half bandwidth W, as many as `Lane` holds numbers (double: one; a vector type: several,
 /// side by side), as L D L^T. The first rows are eliminated in order; up to W more, `ahead`, which only they reach,
 /// are not, and neither is a border of W unknowns that every row may reach. What is eliminated comes off those:
-/// `Remainder`. The memory is kept between uses.
+/// `Remainder`. The memory is kept between uses. W rows of nothing stand before the first and behind the last, so that
+/// every row has as many neighbours.
 template <class Lane, int W>
 class BandChain {
   public:
@@ -23,14 +24,14 @@ class BandChain {
     void reset(std::size_t rows, bool bordered) {
         rows_ = rows;
         bordered_ = bordered;
-        band_.assign(bordered ? rows + W : rows, Row{});
-        border_.assign(bordered ? rows : 0, Border{});
+        band_.assign(W + rows + W, Row{});
+        border_.assign(bordered ? W + rows : 0, Border{});
     }
 
     std::size_t rows() const { return rows_; }
     /// From `rows()` on those ahead: of them only what couples to the rows before.
-    Row& row(std::size_t i) { return band_[i]; }
-    Border& border(std::size_t i) { return border_[i]; }
+    Row& row(std::size_t i) { return band_[W + i]; }
+    Border& border(std::size_t i) { return border_[W + i]; }
 
     /// What the rows take from the unknowns that stay: (border b, border c), (ahead a, ahead c), c not above, and
     /// (ahead a, border b).
@@ -40,12 +41,7 @@ class BandChain {
 
     /// False when a pivot is not positive (to rounding).
     bool eliminate(Remainder& remainder) {
-        for (std::size_t i = 0; i < rows_; ++i)
-            if (!eliminate_row(i, remainder)) return false;
-        if (bordered_)
-            for (std::size_t a = 0; a < W; ++a)
-                reduce_ahead(a, remainder);
-        return true;
+        return bordered_ ? eliminate<true>(remainder) : eliminate<false>(remainder);
     }
 
     /// Values of the unknowns that stay; of rows, nearest first. A value has a number for each lane (or many: a
@@ -57,23 +53,22 @@ class BandChain {
     /// those ahead and from the border comes off `ahead` and `border`, which are zero before.
     template <class Value, class Load, class Store>
     void forward(const Load& load, const Store& store, Values<Value>& ahead, Values<Value>& border) const {
-        Values<Value> last = ahead;  // so that it is something
+        Values<Value> last = ahead;
         for (std::size_t i = 0; i < rows_; ++i) {
+            const Row& row = band_[W + i];
             Value value = load(i);
-            const std::size_t reach = std::min<std::size_t>(W, i);
-            for (std::size_t m = reach; m > 0; --m)
-                value -= band_[i][m] * last[m - 1];
-            const Value scaled = band_[i][0] * value;
+            for (std::size_t m = W; m > 0; --m)
+                value -= row[m] * last[m - 1];
+            const Value scaled = row[0] * value;
             if (bordered_)
                 for (std::size_t b = 0; b < W; ++b)
-                    border[b] -= border_[i][b] * scaled;
+                    border[b] -= border_[W + i][b] * scaled;
             store(i, scaled);
             push(last, value);
         }
-        if (bordered_)
-            for (std::size_t a = 0; a < W; ++a)
-                for (std::size_t k = a + 1; k <= std::min<std::size_t>(W, rows_ + a); ++k)
-                    ahead[a] -= band_[rows_ + a][k] * last[k - a - 1];
+        for (std::size_t a = 0; a < W; ++a)
+            for (std::size_t k = a + 1; k <= W; ++k)
+                ahead[a] -= band_[W + rows_ + a][k] * last[k - a - 1];
     }
 
     /// Back substitution from the solution ahead and in the border.
@@ -83,14 +78,14 @@ class BandChain {
         for (std::size_t i = rows_; i-- > 0;) {
             Value value = load(i);
             if (bordered_) {
-                Value sum = border_[i][0] * border[0];
+                const Border& own = border_[W + i];
+                Value sum = own[0] * border[0];
                 for (std::size_t b = 1; b < W; ++b)
-                    sum += border_[i][b] * border[b];
-                value -= band_[i][0] * sum;
+                    sum += own[b] * border[b];
+                value -= band_[W + i][0] * sum;
             }
-            const std::size_t reach = bordered_ ? W : std::min<std::size_t>(W, rows_ - 1 - i);
-            for (std::size_t m = reach; m > 0; --m)
-                value -= band_[i + m][m] * next[m - 1];
+            for (std::size_t m = W; m > 0; --m)
+                value -= band_[W + i + m][m] * next[m - 1];
             store(i, value);
             push(next, value);
         }
@@ -102,16 +97,19 @@ class BandChain {
     /// The band of the inverse (Takahashi, Fagan, Chen 1973): then `inverse(i)` has the elements (i, i), ...,
     /// (i, i + W), ahead included, and `inverse_edge(i)` those with the border.
     void invert(const Inverse& stays) {
-        const std::size_t stored = bordered_ ? rows_ + W : rows_;
-        inverse_.resize(stored);
-        edges_.resize(bordered_ ? stored : 0);
-        for (std::size_t a = 0; a < stored - rows_; ++a) {
+        inverse_.resize(rows_ + W);
+        edges_.resize(bordered_ ? rows_ + W : 0);
+        for (std::size_t a = 0; a < W; ++a) {
+            inverse_[rows_ + a] = Row{};
+            if (!bordered_) continue;
             for (std::size_t c = a; c < W; ++c)
                 inverse_[rows_ + a][c - a] = stays.ahead[c][a];
             edges_[rows_ + a] = stays.across[a];
         }
-        for (std::size_t i = rows_; i-- > 0;)
-            invert_row(i, stays);
+        if (bordered_)
+            invert_rows<true>(stays);
+        else
+            invert_rows<false>(stays);
     }
     const Row& inverse(std::size_t i) const { return inverse_[i]; }
     const Border& inverse_edge(std::size_t i) const { return edges_[i]; }
@@ -139,87 +137,98 @@ class BandChain {
     }
 
     /// L(i, i-k) D(i-k), k down to `least`, into `u`; row i of L into the row.
-    void reduce(std::size_t i, std::size_t least, std::array<Lane, W + 1>& u) {
-        Row& row = band_[i];
-        const std::size_t reach = std::min<std::size_t>(W, i);
-        for (std::size_t k = reach; k >= least; --k) {
-            Lane sum = row[k];
-            for (std::size_t m = reach; m > k; --m)
-                sum -= u[m] * band_[i - k][m - k];
+    static void reduce(Row* row, std::size_t least, Row& u) {
+        for (std::size_t k = W; k >= least; --k) {
+            Lane sum = (*row)[k];
+            for (std::size_t m = W; m > k; --m)
+                sum -= u[m] * (*(row - k))[m - k];
             u[k] = sum;
-            row[k] = sum * band_[i - k][0];
+            (*row)[k] = sum * (*(row - k))[0];
         }
     }
 
-    bool eliminate_row(std::size_t i, Remainder& remainder) {
-        std::array<Lane, W + 1> u{};
-        reduce(i, 1, u);
-        Row& row = band_[i];
-        const Lane diagonal = row[0];
-        Lane pivot = diagonal;
-        for (std::size_t k = std::min<std::size_t>(W, i); k > 0; --k)
-            pivot -= u[k] * row[k];
-        if (!positive(pivot, diagonal)) return false;
-        row[0] = 1.0 / pivot;
-        if (!bordered_) return true;
-        Border column = border_[i];
-        for (std::size_t m = std::min<std::size_t>(W, i); m > 0; --m)
-            for (std::size_t b = 0; b < W; ++b)
-                column[b] -= row[m] * border_[i - m][b];
-        border_[i] = column;
-        for (std::size_t b = 0; b < W; ++b) {
-            const Lane scaled = column[b] * row[0];
-            for (std::size_t c = 0; c <= b; ++c)
-                remainder.border[b][c] += scaled * column[c];
+    template <bool Bordered>
+    bool eliminate(Remainder& remainder) {
+        Remainder taken = remainder;
+        for (std::size_t i = W; i < W + rows_; ++i) {
+            Row u{};
+            reduce(&band_[i], 1, u);
+            Row& row = band_[i];
+            const Lane diagonal = row[0];
+            Lane pivot = diagonal;
+            for (std::size_t k = W; k > 0; --k)
+                pivot -= u[k] * row[k];
+            if (!positive(pivot, diagonal)) return false;
+            row[0] = 1.0 / pivot;
+            if constexpr (Bordered) {
+                Border column = border_[i];
+                for (std::size_t m = W; m > 0; --m)
+                    for (std::size_t b = 0; b < W; ++b)
+                        column[b] -= row[m] * border_[i - m][b];
+                border_[i] = column;
+                for (std::size_t b = 0; b < W; ++b) {
+                    const Lane scaled = column[b] * row[0];
+                    for (std::size_t c = 0; c <= b; ++c)
+                        taken.border[b][c] += scaled * column[c];
+                }
+            }
         }
+        if constexpr (Bordered)
+            for (std::size_t a = 0; a < W; ++a)
+                reduce_ahead(a, taken);
+        remainder = taken;
         return true;
     }
 
-    /// Row a of those ahead. A row before it that does not exist (a short chain) has no share.
+    /// Row a of those ahead.
     void reduce_ahead(std::size_t a, Remainder& remainder) {
-        std::array<Lane, W + 1> u{};
-        const std::size_t i = rows_ + a, reach = std::min<std::size_t>(W, i);
-        reduce(i, a + 1, u);
-        for (std::size_t k = a + 1; k <= reach; ++k) {
+        Row u{};
+        Row* const row = &band_[W + rows_ + a];
+        reduce(row, a + 1, u);
+        for (std::size_t k = a + 1; k <= W; ++k) {
             for (std::size_t c = 0; c <= a; ++c)
-                remainder.ahead[a][c] += u[k] * band_[rows_ + c][k - (a - c)];
+                remainder.ahead[a][c] += u[k] * band_[W + rows_ + c][k - (a - c)];
             for (std::size_t b = 0; b < W; ++b)
-                remainder.across[a][b] += band_[i][k] * border_[i - k][b];
+                remainder.across[a][b] += (*row)[k] * border_[W + rows_ + a - k][b];
         }
     }
 
-    void invert_row(std::size_t i, const Inverse& stays) {
-        Row row{};
-        Border share{};  // the border's part of column i of L
-        const std::size_t reach = bordered_ ? W : std::min<std::size_t>(W, rows_ - 1 - i);
-        if (bordered_) {
-            Border edge{};
-            for (std::size_t b = 0; b < W; ++b)
-                share[b] = border_[i][b] * band_[i][0];
-            for (std::size_t c = 0; c < W; ++c)
-                for (std::size_t b = 0; b < W; ++b)
-                    edge[b] -= share[c] * stays.border[c][b];
+    template <bool Bordered>
+    void invert_rows(const Inverse& stays) {
+        for (std::size_t i = rows_; i-- > 0;) {
+            std::array<Lane, W + 1> l;  // column i of L
             for (std::size_t m = 1; m <= W; ++m)
+                l[m] = band_[W + i + m][m];
+            Row row{};
+            Border share{};  // the border's part of it
+            Lane diagonal = band_[W + i][0];
+            if constexpr (Bordered) {
+                Border edge{};
                 for (std::size_t b = 0; b < W; ++b)
-                    edge[b] -= band_[i + m][m] * edges_[i + m][b];
-            edges_[i] = edge;
-        }
-        Lane diagonal = band_[i][0];
-        for (std::size_t j = 1; j <= reach; ++j) {
-            Lane sum{};
-            for (std::size_t m = 1; m <= reach; ++m)
-                sum -= band_[i + m][m] * (m < j ? inverse_[i + m][j - m] : inverse_[i + j][m - j]);
-            if (bordered_)
+                    share[b] = border_[W + i][b] * diagonal;
+                for (std::size_t c = 0; c < W; ++c)
+                    for (std::size_t b = 0; b < W; ++b)
+                        edge[b] -= share[c] * stays.border[c][b];
+                for (std::size_t m = W; m > 0; --m)
+                    for (std::size_t b = 0; b < W; ++b)
+                        edge[b] -= l[m] * edges_[i + m][b];
+                edges_[i] = edge;
                 for (std::size_t b = 0; b < W; ++b)
-                    sum -= share[b] * edges_[i + j][b];
-            row[j] = sum;
-            diagonal -= band_[i + j][j] * sum;
+                    diagonal -= share[b] * edge[b];
+            }
+            for (std::size_t j = W; j > 0; --j) {
+                Lane sum{};
+                if constexpr (Bordered)
+                    for (std::size_t b = 0; b < W; ++b)
+                        sum -= share[b] * edges_[i + j][b];
+                for (std::size_t m = W; m > 0; --m)
+                    sum -= l[m] * (m < j ? inverse_[i + m][j - m] : inverse_[i + j][m - j]);
+                row[j] = sum;
+                diagonal -= l[j] * sum;
+            }
+            row[0] = diagonal;
+            inverse_[i] = row;
         }
-        if (bordered_)
-            for (std::size_t b = 0; b < W; ++b)
-                diagonal -= share[b] * edges_[i][b];
-        row[0] = diagonal;
-        inverse_[i] = row;
     }
 
     std::size_t rows_ = 0;

@@ -72,19 +72,4 @@ bool ColumnSmoother::set_weight(double weight) {
     return true;
 }
 
-void ColumnSmoother::solve(std::span<const Vec3> column, std::vector<Vec3>& controls) const {
-    controls.assign(axis_.controls(), Vec3::Zero());
-    for (std::size_t k = 0; k < places_.size(); ++k)
-        for (int a = 0; a < 4; ++a)
-            controls[places_[k].span + static_cast<std::size_t>(a)] += places_[k].weights[a] * column[k];
-    normal_.solve(std::span(controls));
-}
-
-Vec3 ColumnSmoother::at_row(std::size_t row, std::span<const Vec3> controls) const {
-    Vec3 sum = Vec3::Zero();
-    for (int a = 0; a < 4; ++a)
-        sum += places_[row].weights[a] * controls[places_[row].span + static_cast<std::size_t>(a)];
-    return sum;
-}
-
 }  // namespace cmm::fitting

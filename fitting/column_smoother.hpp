@@ -28,10 +28,24 @@ class ColumnSmoother {
     double freedom() const { return freedom_; }
     /// Share that row k has in the spline there.
     double leverage(std::size_t row) const { return leverage_[row]; }
-    /// The controls for a column of as many points as rows.
-    void solve(std::span<const Vec3> column, std::vector<Vec3>& controls) const;
+    /// The controls for a column of as many points as rows; a point is a vector, or an array of several columns'
+    /// points.
+    template <class Point>
+    void solve(const std::vector<Point>& column, std::vector<Point>& controls) const {
+        controls.assign(axis_.controls(), Point::Zero());
+        for (std::size_t k = 0; k < places_.size(); ++k)
+            for (int a = 0; a < 4; ++a)
+                controls[places_[k].span + static_cast<std::size_t>(a)] += places_[k].weights[a] * column[k];
+        normal_.solve(std::span(controls));
+    }
     /// The spline at row k.
-    Vec3 at_row(std::size_t row, std::span<const Vec3> controls) const;
+    template <class Point>
+    Point at_row(std::size_t row, const std::vector<Point>& controls) const {
+        Point sum = Point::Zero();
+        for (int a = 0; a < 4; ++a)
+            sum += places_[row].weights[a] * controls[places_[row].span + static_cast<std::size_t>(a)];
+        return sum;
+    }
 
   private:
     struct Place {

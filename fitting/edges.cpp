@@ -13,6 +13,7 @@ namespace {
 using core::ErrorCode;
 
 constexpr double edge_turn_rad = 2.0 * std::numbers::pi / 3.0;
+constexpr double rounding_rad = 1e-9;
 constexpr double longest_share = 0.25;  // of the perimeter; a circle turns 120 degrees in a third of it
 constexpr double apart_share = 0.2;     // the two edges' middles are at least this share of the perimeter apart
 constexpr std::size_t coarse_contour_points = 600;
@@ -22,38 +23,49 @@ constexpr double transition_curvature = 0.4;  // of the edge's mean curvature
 /// 0 again, one perimeter and one turn later.
 class Track {
   public:
-    explicit Track(std::span<const OffsetPoint> contour) : n_(contour.size()), s_(n_ + 1, 0.0), angle_(n_ + 1, 0.0) {
+    explicit Track(std::span<const OffsetPoint> contour) : n_(contour.size()) {
+        marks_.reserve(n_ + 1);
+        Mark mark = marks_.emplace_back();
         for (std::size_t i = 1; i <= n_; ++i) {
             const OffsetPoint& from = contour[i - 1];
             const OffsetPoint& to = contour[i < n_ ? i : 0];
-            s_[i] = s_[i - 1] + (to.position - from.position).norm();
-            angle_[i] = angle_[i - 1] + turn_between(from.normal, to.normal);
+            const double turn = turn_between(from.normal, to.normal);
+            mark.s += (to.position - from.position).norm();
+            mark.angle += turn;
+            mark.forth += std::max(turn, 0.0);
+            marks_.push_back(mark);
         }
     }
 
     std::size_t size() const { return n_; }
-    double perimeter() const { return s_[n_]; }
-    double s(std::size_t i) const { return on_any_lap(s_, i); }
-    double angle(std::size_t i) const { return on_any_lap(angle_, i); }
+    double perimeter() const { return marks_[n_].s; }
+    double s(std::size_t i) const { return on_any_lap(&Mark::s, i); }
+    double angle(std::size_t i) const { return on_any_lap(&Mark::angle, i); }
+    /// What the direction has gone forth up to there, without where it went back: from i to j it turns by no more.
+    double forth(std::size_t i) const { return on_any_lap(&Mark::forth, i); }
     /// The first index at or beyond an arc length >= 0.
     std::size_t at(double where) const {
-        const auto laps = static_cast<std::size_t>(where / s_[n_]);
-        const double inside = where - static_cast<double>(laps) * s_[n_];
-        const auto found = std::lower_bound(s_.begin(), s_.end(), inside);
-        return laps * n_ + static_cast<std::size_t>(found - s_.begin());
+        const auto laps = static_cast<std::size_t>(where / perimeter());
+        const double inside = where - static_cast<double>(laps) * perimeter();
+        const auto found = std::lower_bound(marks_.begin(), marks_.end(), inside,
+                                            [](const Mark& mark, double s) { return mark.s < s; });
+        return laps * n_ + static_cast<std::size_t>(found - marks_.begin());
     }
 
   private:
+    struct Mark {
+        double s = 0.0, angle = 0.0, forth = 0.0;
+    };
     /// The laps are few, and subtracting is cheaper than dividing.
-    double on_any_lap(const std::vector<double>& values, std::size_t i) const {
+    double on_any_lap(double Mark::*value, std::size_t i) const {
         double before = 0.0;
         for (; i >= n_; i -= n_)
-            before += values[n_];
-        return before + values[i];
+            before += marks_[n_].*value;
+        return before + marks_[i].*value;
     }
 
     std::size_t n_;
-    std::vector<double> s_, angle_;
+    std::vector<Mark> marks_;
 };
 
 struct Window {
@@ -62,15 +74,15 @@ struct Window {
 };
 
 /// The shortest arc that turns by 120 degrees, at least `apart` from `other`. Texture makes the direction go back and
-/// forth, so two running ends would not do; coarse passes over every few points bound the length and find the place, a
-/// fine one the arc.
+/// forth, so two running ends only tell where no arc has turned so far; coarse passes over every few points bound the
+/// length and find the place, a fine one the arc.
 std::optional<Window> sharpest(const Track& track, const std::optional<Window>& other) {
     const std::size_t n = track.size(), stride = std::max<std::size_t>(1, n / coarse_contour_points);
     std::optional<Window> best;
     double limit = longest_share * track.perimeter();
-    const auto try_from = [&](std::size_t i, std::size_t step) {
+    const auto try_from = [&](std::size_t i, std::size_t first, std::size_t step) {
         const double s = track.s(i), angle = track.angle(i);
-        std::size_t j = i + step;
+        std::size_t j = first;
         while (track.s(j) - s < limit && track.angle(j) - angle < edge_turn_rad)
             j += step;
         const double length = track.s(j) - s;
@@ -82,14 +94,25 @@ std::optional<Window> sharpest(const Track& track, const std::optional<Window>& 
         limit = length;
         best = Window{i, j, length};
     };
-    for (const std::size_t pass : {8 * stride, stride})
-        for (std::size_t i = n; i < 2 * n; i += pass)
-            try_from(i, pass);
-    if (!best || stride == 1) return best;
+    const auto pass = [&](std::size_t from, std::size_t to, std::size_t step) {
+        std::size_t j = from;
+        for (std::size_t i = from; i < to; i += step) {
+            const double turned = track.forth(i) + edge_turn_rad - rounding_rad;
+            j = std::max(j, i + step);
+            while (j < i + n && track.forth(j) < turned)
+                j += step;
+            try_from(i, j, step);
+        }
+    };
+    pass(0, n, 8 * stride);
+    pass(0, n, stride);
+    if (!best) return best;
+    best->begin += n;
+    best->end += n;
+    if (stride == 1) return best;
     const std::size_t around = best->begin;
     limit *= 1.0 + 1e-9;
-    for (std::size_t i = around - stride; i <= around + stride; ++i)
-        try_from(i, 1);
+    pass(around - stride, around + stride + 1, 1);
     return best;
 }
 
@@ -149,10 +172,12 @@ bool first_leads(const Vec2& first, const Vec2& second, double first_scale, doub
 bool bulges_after(std::span<const OffsetPoint> contour, const Vec2& le, const Vec2& te) {
     double twice = 0.0;
     Vec2 moment = Vec2::Zero();
-    for (std::size_t i = 0; i < contour.size(); ++i) {
-        const Vec2 a = contour[i].position - le, b = contour[(i + 1) % contour.size()].position - le;
+    Vec2 a = contour.back().position - le;
+    for (const OffsetPoint& point : contour) {
+        const Vec2 b = point.position - le;
         twice += cross(a, b);
         moment += cross(a, b) * (a + b);
+        a = b;
     }
     // Counter-clockwise from the LE runs the side on the right of the chord direction LE -> TE.
     return cross(te - le, Vec2(moment / (3.0 * twice))) <= 0.0;

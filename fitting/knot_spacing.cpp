@@ -12,6 +12,7 @@ constexpr double widest_share = 1.0 / 60.0;  // of the period
 constexpr std::size_t least_graded_spans = 24;
 constexpr std::size_t anchor_reach = 4;  // anchors to either side that show the turn
 
+constexpr double least_length = 1e-300;
 constexpr double usual_sigma_mm = 1e-3;
 constexpr double finest = 0.25, coarsest = 1.2;
 
@@ -28,18 +29,24 @@ std::vector<double> graded_knots(std::span<const Vec2> anchors, std::span<const 
     const auto step = [&](std::size_t i) { return i + 1 < n ? t[i + 1] - t[i] : t[0] + period - t[i]; };
     std::vector<double> spacing(n);
     for (std::size_t i = 0; i < n; ++i) {
-        const Vec2 in = anchors[i] - anchors[(i + n - w) % n], out = anchors[(i + w) % n] - anchors[i];
-        const double curvature = std::abs(turn_angle(in, out)) / (0.5 * (in.norm() + out.norm()));
+        const Vec2 in = anchors[i] - anchors[i >= w ? i - w : i + n - w];
+        const Vec2 out = anchors[i + w < n ? i + w : i + w - n] - anchors[i];
+        const double before = in.norm(), behind = out.norm();
+        const double turn = turn_between(in / std::max(before, least_length), out / std::max(behind, least_length));
+        const double curvature = std::abs(turn) / (0.5 * (before + behind));
         spacing[i] = std::min(turn_rad / std::max(curvature, 1e-12), widest_share * period);
         if (!widest.empty()) spacing[i] = std::min(spacing[i], widest[i]);
     }
-    for (std::size_t i = 0; i < 2 * n; ++i)
-        spacing[(i + 1) % n] = std::min(spacing[(i + 1) % n], spacing[i % n] + grading * step(i % n));
-    for (std::size_t i = 2 * n; i-- > 0;)
-        spacing[i % n] = std::min(spacing[i % n], spacing[(i + 1) % n] + grading * step(i % n));
+    const auto next = [n](std::size_t i) { return i + 1 < n ? i + 1 : 0; };
+    for (int round = 0; round < 2; ++round)
+        for (std::size_t i = 0; i < n; ++i)
+            spacing[next(i)] = std::min(spacing[next(i)], spacing[i] + grading * step(i));
+    for (int round = 0; round < 2; ++round)
+        for (std::size_t i = n; i-- > 0;)
+            spacing[i] = std::min(spacing[i], spacing[next(i)] + grading * step(i));
     std::vector<double> spans(n + 1, 0.0);  // how many spans lie before each anchor
     for (std::size_t i = 0; i < n; ++i)
-        spans[i + 1] = spans[i] + 0.5 * step(i) * (1.0 / spacing[i] + 1.0 / spacing[(i + 1) % n]);
+        spans[i + 1] = spans[i] + 0.5 * step(i) * (1.0 / spacing[i] + 1.0 / spacing[next(i)]);
     const double wanted = std::clamp(std::ceil(spans[n]), static_cast<double>(std::min(least_graded_spans, most)),
                                      static_cast<double>(most));
     const auto count = static_cast<std::size_t>(wanted);

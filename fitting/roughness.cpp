@@ -80,8 +80,8 @@ void Roughness::sum_window(std::vector<double>& values, std::size_t w) {
     const std::size_t n = values.size();
     sums_.resize(n);
     double sum = 0.0;
-    for (std::size_t j = 0; j < 2 * w + 1; ++j)
-        sum += values[(j + n - w) % n];
+    for (std::size_t j = n - w; j < n + w + 1; ++j)
+        sum += values[j < n ? j : j - n];
     for (std::size_t k = 0; k < n; ++k) {
         sums_[k] = sum;
         sum += values[k + w + 1 < n ? k + w + 1 : k + w + 1 - n] - values[k >= w ? k - w : k + n - w];
@@ -89,25 +89,21 @@ void Roughness::sum_window(std::vector<double>& values, std::size_t w) {
     values.swap(sums_);
 }
 
-double Roughness::determined(std::size_t knot, double uncertain) const {
-    return std::clamp(1.0 - uncertain / variance_[knot], 0.0, 1.0);
-}
-
-void Roughness::update(const std::vector<double>& jump, const std::vector<double>& uncertain) {
-    if (!scale_known_) update_scale(jump, uncertain);
+void Roughness::update(const std::vector<double>& jump, const std::vector<double>& told) {
+    if (!scale_known_) update_scale(jump, told);
     for (std::size_t k = 0; k < variance_.size(); ++k) {
         if (held_[k] != 0) continue;
-        const double updated = (jump[k] * jump[k] + few_ * scale_[k]) / (determined(k, uncertain[k]) + few_);
+        const double updated = (jump[k] * jump[k] + few_ * scale_[k]) / (told[k] + few_);
         variance_[k] = coarse(std::max(updated, least_variance));
     }
 }
 
-void Roughness::update_scale(const std::vector<double>& jump, const std::vector<double>& uncertain) {
+void Roughness::update_scale(const std::vector<double>& jump, const std::vector<double>& told) {
     const std::size_t n = variance_.size();
     pull_.resize(n);
     known_.resize(n);
     for (std::size_t k = 0; k < n; ++k) {
-        known_[k] = held_[k] != 0 ? 0.0 : determined(k, uncertain[k]);
+        known_[k] = held_[k] != 0 ? 0.0 : told[k];
         pull_[k] = held_[k] != 0 ? 1.0 : (jump[k] * jump[k] / scale_[k] + few_) / (known_[k] + few_);
     }
     all(pull_) = all(pull_).log();

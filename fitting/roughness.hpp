@@ -38,16 +38,16 @@ class Roughness {
     /// The variance at a knot is given, and neither changes nor says anything of its neighbours. Infinite: any jump.
     void hold(std::size_t knot, double variance);
 
-    /// One update. `jump` is the posterior mean of x_k, `uncertain` its posterior variance.
-    void update(const std::vector<double>& jump, const std::vector<double>& uncertain);
+    /// One update. `jump` is the posterior mean of x_k, `told` the share of it that the points determine: one less its
+    /// posterior variance over `variance`.
+    void update(const std::vector<double>& jump, const std::vector<double>& told);
 
   private:
     /// Sums over 2 w + 1 knots, cyclic, in place.
     void sum_window(std::vector<double>& values, std::size_t w);
 
     void set_scale();
-    void update_scale(const std::vector<double>& jump, const std::vector<double>& uncertain);
-    double determined(std::size_t knot, double uncertain) const;
+    void update_scale(const std::vector<double>& jump, const std::vector<double>& told);
 
     std::vector<double> variance_, log_scale_, scale_;
     std::vector<char> held_;

@@ -13,6 +13,8 @@ using core::ErrorCode;
 
 constexpr double start_ridge = 1e-3;  // weight of the third differences in the start curve, in points
 constexpr double start_roughness = 1e-6;
+/// So many of the first stand behind the last again, so that none has to look for its neighbours round the end.
+constexpr std::size_t lap = 4;
 constexpr std::size_t sharing_knots = 3;  // to either side, that share a scale of the roughness
 constexpr double student_freedom = 1.0;
 constexpr double least_speed = 0.05;  // of the parameter, which is nearly a length; below it the curve has a cusp
@@ -61,8 +63,10 @@ core::Status SmoothingSystem::start(std::vector<double> breaks, std::span<const 
     sigma_ = std::max(std::sqrt(residual_squares_ / std::max(n - 0.5 * static_cast<double>(spans_), 0.25 * n)),
                       least_sigma_mm);
     std::vector<double> variance(spans_);
-    for (std::size_t k = 0; k < spans_; ++k)
-        variance[k] = start_roughness / std::pow(width(k), 5);
+    for (std::size_t k = 0; k < spans_; ++k) {
+        const double h = width(k), square = h * h;
+        variance[k] = start_roughness / (square * square * h);
+    }
     roughness_.reset(variance, sharing_knots, student_freedom);
     return {};
 }
@@ -200,19 +204,20 @@ void SmoothingSystem::measure_jumps() {
     jump_row_.resize(spans_);
     length_.resize(spans_);
     for (std::size_t k = 0; k < spans_; ++k) {
-        const double h = width(k), u = 0.5 * h;
+        const double h = width(k), u = 0.5 * h, per_h = 1.0 / h;
         const PiecewiseCubic::Piece& c = curve_.pieces()[k];
         const Vec2 d1 = c[1] + u * (2.0 * c[2] + 3.0 * u * c[3]), d2 = 2.0 * c[2] + 6.0 * u * c[3], d3 = 6.0 * c[3];
-        const double speed = std::max(d1.norm(), least_speed), cube = speed * speed * speed;
-        const double curvature = cross(d1, d2) / cube;
-        slope_[k] = (cross(d1, d3) / cube - 3.0 * cross(d1, d2) * d1.dot(d2) / (cube * speed * speed)) / speed;
+        const double speed = std::max(d1.norm(), least_speed), slowness = 1.0 / speed;
+        const double square = slowness * slowness, cube = square * slowness, turn = cross(d1, d2);
+        const double curvature = cube * turn;
+        slope_[k] = square * square * (cross(d1, d3) - 3.0 * square * turn * d1.dot(d2));
         length_[k] = h * speed;
         // A displacement d to the right changes the curvature by -(d'' + curvature^2 d).
+        const double of_third = -6.0 * cube * per_h * per_h * per_h;
+        const double of_first = -curvature * curvature * slowness * per_h;
         const auto& p = least_squares_.basis(k).power;
-        for (std::size_t a = 0; a < 4; ++a) {
-            const double first = (p[1][a] + p[2][a] + 0.75 * p[3][a]) / h, third = 6.0 * p[3][a] / (h * h * h);
-            slope_row_[k][a] = -(third / cube + curvature * curvature * first / speed);
-        }
+        for (std::size_t a = 0; a < 4; ++a)
+            slope_row_[k][a] = of_third * p[3][a] + of_first * (p[1][a] + p[2][a] + 0.75 * p[3][a]);
     }
     for (std::size_t k = 0; k < spans_; ++k) {
         const std::size_t next = wrapped(k + 1);
@@ -232,50 +237,54 @@ double SmoothingSystem::weight_of(std::size_t point) const {
 
 /// Gram matrix and moments of the points.
 void SmoothingSystem::sum_points() {
+    using Array = Eigen::Array4d;
     gram_.assign(spans_, Four{});
     moment_.assign(spans_, 0.0);
-    residual_squares_ = 0.0;
+    double squares = 0.0;
     for (std::size_t i = 0; i < basis_.size();) {
         const std::uint32_t span = span_[i];
-        std::array<Four, 4> gram{};
-        Four moment{};
+        // In registers. Row a of the Gram matrix is needed up to the diagonal.
+        Array g0 = Array::Zero(), g1 = g0, g2 = g0, g3 = g0, moment = g0;
         for (; i < basis_.size() && span_[i] == span; ++i) {
-            const Four& b = basis_[i];
-            const double weight = weight_of(i), weighted = weight * residual_[i];
-            residual_squares_ += weighted * residual_[i];
-            for (std::size_t a = 0; a < 4; ++a) {
-                moment[a] += b[a] * weighted;
-                for (std::size_t c = 0; c <= a; ++c)
-                    gram[a][c] += weight * b[a] * b[c];
-            }
+            const Array b(basis_[i].data()), weighted = weight_of(i) * b;
+            squares += weight_of(i) * residual_[i] * residual_[i];
+            moment += residual_[i] * weighted;
+            g0 += b[0] * weighted;
+            g1 += b[1] * weighted;
+            g2 += b[2] * weighted;
+            g3 += b[3] * weighted;
         }
+        const std::array<const Array*, 4> gram{&g0, &g1, &g2, &g3};
         for (std::size_t a = 0; a < 4; ++a) {
             const std::size_t control = wrapped(span + a);
-            moment_[control] += moment[a];
+            moment_[control] += moment[static_cast<int>(a)];
             for (std::size_t c = 0; c <= a; ++c)
-                gram_[control][a - c] += gram[a][c];
+                gram_[control][a - c] += (*gram[a])[static_cast<int>(c)];
         }
     }
+    residual_squares_ = squares;
 }
 
 /// The normal displacements of the controls that fit the residuals with the present roughness, or so many times it.
 bool SmoothingSystem::solve(double times) {
     const auto& variance = roughness_.variance();
+    const double noise = sigma_ * sigma_ / times;
     weighted_row_.resize(spans_);
-    displacement_ = moment_;
+    displacement_.resize(spans_ + lap);
+    moved_.resize(spans_);
     for (std::size_t k = 0; k < spans_; ++k) {
-        const double middle = jump_row_[k][2];
-        const double weight = std::min(sigma_ * sigma_ / (times * variance[k]), stiffest / (middle * middle));
-        for (std::size_t a = 0; a < 5; ++a) {
-            weighted_row_[k][a] = weight * jump_row_[k][a];
-            displacement_[wrapped(k + a)] -= weighted_row_[k][a] * (jump_[k] - expected_[k]);
-        }
+        const Five& row = jump_row_[k];
+        const double weight = std::min(noise / variance[k], stiffest / (row[2] * row[2]));
+        for (std::size_t a = 0; a < 5; ++a)
+            weighted_row_[k][a] = weight * row[a];
+        moved_[k] = jump_[k] - expected_[k];
     }
     normal_.reset(spans_, true);
-    for (std::size_t i = 0; i < spans_; ++i) {
-        // Function a of span i - a is that of control i. Written out: the compiler makes shuffles of loops.
-        const auto weighted = [&](std::size_t a) -> const Five& { return weighted_row_[before(i, a)]; };
-        const auto plain = [&](std::size_t a) -> const Five& { return jump_row_[before(i, a)]; };
+    // Function a of span i - a is that of control i. Written out: the compiler makes shuffles of loops.
+    const auto add_row = [&](std::size_t i, const auto& knot) {
+        const auto weighted = [&](std::size_t a) -> const Five& { return weighted_row_[knot(a)]; };
+        const auto plain = [&](std::size_t a) -> const Five& { return jump_row_[knot(a)]; };
+        const auto moved = [&](std::size_t a) { return moved_[knot(a)]; };
         const Five &w0 = weighted(0), &w1 = weighted(1), &w2 = weighted(2), &w3 = weighted(3), &w4 = weighted(4);
         const Five &r0 = plain(0), &r1 = plain(1), &r2 = plain(2), &r3 = plain(3), &r4 = plain(4);
         const Four& g = gram_[i];
@@ -283,45 +292,54 @@ bool SmoothingSystem::solve(double times) {
                             g[1] + w1[1] * r1[0] + w2[2] * r2[1] + w3[3] * r3[2] + w4[4] * r4[3],
                             g[2] + w2[2] * r2[0] + w3[3] * r3[1] + w4[4] * r4[2], g[3] + w3[3] * r3[0] + w4[4] * r4[1],
                             w4[4] * r4[0]});
-    }
+        displacement_[i] =
+            moment_[i] - (w0[0] * moved(0) + w1[1] * moved(1) + w2[2] * moved(2) + w3[3] * moved(3) + w4[4] * moved(4));
+    };
+    for (std::size_t i = 0; i < lap; ++i)
+        add_row(i, [&](std::size_t a) { return before(i, a); });
+    for (std::size_t i = lap; i < spans_; ++i)
+        add_row(i, [&](std::size_t a) { return i - a; });
     if (!normal_.factor()) return false;
-    normal_.solve(std::span(displacement_));
+    normal_.solve(std::span(displacement_).first(spans_));
     return true;
 }
 
 /// Noise and roughness from the latest solution.
 void SmoothingSystem::tune() {
     normal_.invert(inverse_);
-    moved_.resize(spans_);
-    uncertain_.resize(spans_);
+    inverse_.resize(spans_ + lap);
+    for (std::size_t a = 0; a < lap; ++a) {
+        inverse_[spans_ + a] = inverse_[a];
+        displacement_[spans_ + a] = displacement_[a];
+    }
     told_.resize(spans_);
-    freedom_ = 3.0;
+    double freedom = 3.0;
     const auto& variance = roughness_.variance();
+    const double noise = sigma_ * sigma_;
     double squares = residual_squares_;  // |r - B d|^2
     for (std::size_t k = 0; k < spans_; ++k) {
         const Five& row = jump_row_[k];
-        double jump = jump_[k] - expected_[k], spread = 0.0;
+        double jump = moved_[k], spread = 0.0;
         for (std::size_t a = 0; a < 5; ++a) {
-            const std::size_t control = wrapped(k + a);
-            const auto& inverse = inverse_[control];
-            jump += row[a] * displacement_[control];
+            const auto& inverse = inverse_[k + a];
+            jump += row[a] * displacement_[k + a];
             double sum = 0.5 * row[a] * inverse[0];
             for (std::size_t c = a + 1; c < 5; ++c)
                 sum += row[c] * inverse[c - a];
             spread += 2.0 * row[a] * sum;
         }
         moved_[k] = jump;
-        uncertain_[k] = std::max(spread, 0.0) * sigma_ * sigma_;
-        told_[k] = 1.0 - std::min(1.0, uncertain_[k] / variance[k]);
-        freedom_ += told_[k];
+        told_[k] = 1.0 - std::min(1.0, std::max(spread, 0.0) * noise / variance[k]);
+        freedom += told_[k];
         double sum = gram_[k][0] * displacement_[k] - 2.0 * moment_[k];
         for (std::size_t m = 1; m < 4; ++m)
             sum += 2.0 * gram_[k][m] * displacement_[before(k, m)];
         squares += displacement_[k] * sum;
     }
+    freedom_ = freedom;
     const double n = measured_;
     sigma_ = std::max(std::sqrt(std::max(squares, 0.0) / std::max(n - freedom_, 1.0)), least_sigma_mm);
-    roughness_.update(moved_, uncertain_);
+    roughness_.update(moved_, told_);
 }
 
 /// Moves each control along the normal at its Greville abscissa.

@@ -138,7 +138,7 @@ class SmoothingSystem {
     double residual_squares_ = 0.0;
     BandSolver<4> normal_;
     std::vector<BandSolver<4>::Row> inverse_;
-    std::vector<double> displacement_, moved_, uncertain_, told_;
+    std::vector<double> displacement_, moved_, told_;
     Roughness roughness_;
 };
 

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "fitting/band_solver.hpp"
-
 namespace cmm::fitting {
 
 PiecewiseCubic::PiecewiseCubic(std::vector<double> breaks, std::vector<Piece> pieces, bool closed)
@@ -64,24 +62,54 @@ std::vector<PiecewiseCubic::Piece> pieces_from(std::span<const Vec2> points, con
 
 }  // namespace
 
-PiecewiseCubic interpolate_periodic(std::span<const Vec2> points, std::vector<double> parameters) {
-    const std::size_t n = points.size();
-    BandSolver<1> system(n, true);
-    std::vector<Vec2> second(n, Vec2::Zero());
+PeriodicInterpolation::PeriodicInterpolation(std::vector<double> parameters)
+    : parameters_(std::move(parameters)), second_(parameters_.size() - 1, true) {
+    const std::size_t n = second_.size();
     for (std::size_t k = 0; k < n; ++k) {
         const std::size_t next = (k + 1) % n;
-        const double h = parameters[k + 1] - parameters[k];
-        system.add(k, k, h / 3.0);
-        system.add(next, next, h / 3.0);
-        system.add(k, next, h / 6.0);
-        const Vec2 slope = (points[next] - points[k]) / h;
+        const double h = width(k);
+        second_.add(k, k, h / 3.0);
+        second_.add(next, next, h / 3.0);
+        second_.add(k, next, h / 6.0);
+    }
+    second_.factor();  // diagonally dominant: cannot fail
+}
+
+std::vector<Vec2> PeriodicInterpolation::second_derivatives(std::span<const Vec2> points) const {
+    const std::size_t n = points.size();
+    std::vector<Vec2> second(n, Vec2::Zero());
+    for (std::size_t k = 0; k < n; ++k) {
+        const std::size_t next = k + 1 < n ? k + 1 : 0;
+        const Vec2 slope = (points[next] - points[k]) / width(k);
         second[k] += slope;
         second[next] -= slope;
     }
-    system.factor();  // diagonally dominant: cannot fail
-    system.solve(std::span(second));
-    auto pieces = pieces_from(points, parameters, second);
-    return {std::move(parameters), std::move(pieces), true};
+    second_.solve(std::span(second));
+    return second;
+}
+
+PiecewiseCubic PeriodicInterpolation::through(std::span<const Vec2> points) const {
+    return {parameters_, pieces_from(points, parameters_, second_derivatives(points)), true};
+}
+
+std::vector<Vec2> PeriodicInterpolation::controls(std::span<const Vec2> points) const {
+    const std::size_t n = points.size();
+    const auto second = second_derivatives(points);
+    std::vector<Vec2> controls(n);
+    double before = width(n - 1);
+    for (std::size_t k = 0; k < n; ++k) {
+        // The blossom of the piece behind point k at -before, 0, h from there (Ramshaw 1987).
+        const std::size_t next = k + 1 < n ? k + 1 : 0;
+        const double h = width(k);
+        const Vec2 slope = (points[next] - points[k]) / h - h / 6.0 * (2.0 * second[k] + second[next]);
+        controls[next] = points[k] + (h - before) / 3.0 * slope - before * h / 6.0 * second[k];
+        before = h;
+    }
+    return controls;
+}
+
+PiecewiseCubic interpolate_periodic(std::span<const Vec2> points, std::vector<double> parameters) {
+    return PeriodicInterpolation(std::move(parameters)).through(points);
 }
 
 namespace {

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "fitting/band_solver.hpp"
 #include "fitting/vec2.hpp"
 
 namespace cmm::fitting {
@@ -67,8 +68,24 @@ class PiecewiseCubic {
 /// Cumulative chord length (seed 000, eq 8, with its sum bound corrected): t_0 = 0, n entries, n + 1 when closed.
 std::vector<double> chord_parameters(std::span<const Vec2> points, bool closed);
 
-/// The periodic C2 cubic spline through the points; parameters has one entry more than points (the period's end).
-/// Needs at least 3 points and strictly increasing parameters (checked by the callers).
+/// The periodic C2 cubic splines through points at given parameters, one more than there are points (the period's end).
+/// At least 3 points and strictly increasing parameters (checked by the callers). O(n) once, and for each spline.
+class PeriodicInterpolation {
+  public:
+    explicit PeriodicInterpolation(std::vector<double> parameters);
+    PiecewiseCubic through(std::span<const Vec2> points) const;
+    /// The same spline's control points: number k belongs to the parameters k - 2, k - 1, k, round the end.
+    std::vector<Vec2> controls(std::span<const Vec2> points) const;
+
+  private:
+    std::vector<Vec2> second_derivatives(std::span<const Vec2> points) const;
+    double width(std::size_t k) const { return parameters_[k + 1] - parameters_[k]; }
+
+    std::vector<double> parameters_;
+    BandSolver<1> second_;  // of the second derivatives
+};
+
+/// One of them.
 PiecewiseCubic interpolate_periodic(std::span<const Vec2> points, std::vector<double> parameters);
 
 /// How an open spline ends: second derivative zero, a given first derivative, or not a knot (the third derivative does

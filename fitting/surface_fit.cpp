@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fitting/surface_fit.hpp"
 
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,6 +15,7 @@
 #include "fitting/curvature_joints.hpp"
 #include "fitting/knot_spacing.hpp"
 #include "fitting/row_alignment.hpp"
+#include "fitting/row_columns.hpp"
 #include "fitting/statistics.hpp"
 #include "fitting/surface_index.hpp"
 
@@ -88,15 +89,28 @@ class RowsFitter {
         for (std::size_t k = 0; k < m; ++k)
             for (std::size_t i = 0; i < n; ++i)
                 places_[k][i] = alignment_.arc_length(k, breaks_[i]);
-        columns_.assign(n, std::vector<Vec3>(m));
+        columns_.reset(n, m);
     }
 
     void sample() {
         for (std::size_t k = 0; k < places_.size(); ++k)
-            for (std::size_t i = 0; i < columns_.size(); ++i) {
-                const Vec2 p = rows_[k].at(places_[k][i]);
-                columns_[i][k] = {p.x(), p.y(), rows_[k].z_mm()};
-            }
+            for (std::size_t i = 0; i < columns_.size(); ++i)
+                columns_.set(i, k, rows_[k].at(places_[k][i]));
+    }
+
+    /// What the smooth columns of a four leave of it at a row.
+    RowColumns::Four left_of(std::size_t four, std::size_t row) const {
+        return columns_.fours()[four][row] - smoother_.at_row(row, controls_);
+    }
+    /// The same along the normals.
+    Eigen::Array4d off_of(std::size_t four, std::size_t row) const {
+        return (normals_.fours()[four][row] * left_of(four, row)).rowwise().sum();
+    }
+    /// Calls work(four, lane, column) for each column of a four.
+    template <class Work>
+    void for_columns_of(std::size_t four, const Work& work) const {
+        for (std::size_t i = 4 * four; i < std::min(4 * four + 4, columns_.size()); ++i)
+            work(static_cast<Eigen::Index>(i % 4), i);
     }
 
     /// Parameter correction (seed 001, B12-B13): the places slide along their rows to where smooth columns have them,
@@ -106,11 +120,14 @@ class RowsFitter {
         const std::size_t n = columns_.size(), m = rows_.size();
         if (!smoother_.set_weight(correction_weight)) return;
         std::vector<std::vector<double>> moved = places_;
-        for (std::size_t i = 0; i < n; ++i) {
-            smoother_.solve(columns_[i], controls_);
+        for (std::size_t b = 0; b < columns_.fours().size(); ++b) {
+            smoother_.solve(columns_.fours()[b], controls_);
             for (std::size_t k = 0; k < m; ++k) {
-                const Vec3 along = (columns_[(i + 1) % n][k] - columns_[(i + n - 1) % n][k]).normalized();
-                moved[k][i] -= along.dot(columns_[i][k] - smoother_.at_row(k, controls_));
+                const RowColumns::Four left = left_of(b, k);
+                for_columns_of(b, [&](Eigen::Index lane, std::size_t i) {
+                    const Vec2 along = (columns_.at((i + 1) % n, k) - columns_.at((i + n - 1) % n, k)).normalized();
+                    moved[k][i] -= along.dot(left.row(lane).matrix());
+                });
             }
         }
         for (std::size_t k = 0; k < m; ++k) {
@@ -120,15 +137,19 @@ class RowsFitter {
         sample();
     }
 
-    /// For the scatter: from neighbours along and across.
+    /// For the scatter: from neighbours along and across. Of the unit normal only what lies in the rows' plane, where
+    /// all distances are.
     void find_normals() {
         const std::size_t n = columns_.size(), m = rows_.size();
-        normals_.assign(n, std::vector<Vec3>(m));
+        normals_.reset(n, m);
         for (std::size_t i = 0; i < n; ++i)
             for (std::size_t k = 0; k < m; ++k) {
-                const Vec3 along = columns_[(i + 1) % n][k] - columns_[(i + n - 1) % n][k];
-                const Vec3 across = columns_[i][std::min(k + 1, m - 1)] - columns_[i][k > 0 ? k - 1 : 0];
-                normals_[i][k] = along.cross(across).normalized();
+                const Vec2 along = columns_.at((i + 1) % n, k) - columns_.at((i + n - 1) % n, k);
+                const std::size_t above = std::min(k + 1, m - 1), below = k > 0 ? k - 1 : 0;
+                const Vec2 across = columns_.at(i, above) - columns_.at(i, below);
+                const double rise = rows_[above].z_mm() - rows_[below].z_mm();
+                const Vec3 normal = Vec3(along.y() * rise, -along.x() * rise, cross(along, across)).normalized();
+                normals_.set(i, k, normal.head<2>());
             }
     }
 
@@ -139,14 +160,16 @@ class RowsFitter {
         const std::size_t n = columns_.size(), m = rows_.size();
         if (m < rows_to_stray || !smoother_.set_weight(stray_weight)) return;
         std::vector<std::vector<double>> off(n, std::vector<double>(m));  // of each row, over its standard deviation
-        const auto measure = [&](std::size_t i) {
-            smoother_.solve(columns_[i], controls_);
-            for (std::size_t k = 0; k < m; ++k)
-                off[i][k] = normals_[i][k].dot(columns_[i][k] - smoother_.at_row(k, controls_)) /
-                            std::sqrt(std::max(1.0 - smoother_.leverage(k), least_freedom));
+        const auto measure = [&](std::size_t b) {
+            smoother_.solve(columns_.fours()[b], controls_);
+            for (std::size_t k = 0; k < m; ++k) {
+                const Eigen::Array4d offs =
+                    off_of(b, k) / std::sqrt(std::max(1.0 - smoother_.leverage(k), least_freedom));
+                for_columns_of(b, [&](Eigen::Index lane, std::size_t i) { off[i][k] = offs[lane]; });
+            }
         };
-        for (std::size_t i = 0; i < n; ++i)
-            measure(i);
+        for (std::size_t b = 0; b < columns_.fours().size(); ++b)
+            measure(b);
         std::vector<double> median(n), scale(n), near;
         for (std::size_t i = 0; i < n; ++i) {
             near.clear();
@@ -164,13 +187,14 @@ class RowsFitter {
         std::vector<std::size_t> strays(n, 0);  // of each column
         const auto most = [&](std::size_t i) { return std::max(stray_sigmas * scale[i], least_stray_mm); };
         const auto set_aside = [&](std::size_t i, std::size_t k) {
-            const double reach = std::max((columns_[(i + 1) % n][k] - columns_[i][k]).norm(),
-                                          (columns_[(i + n - 1) % n][k] - columns_[i][k]).norm());
+            const Vec2 place = columns_.at(i, k), normal = normals_.at(i, k);
+            const double reach = std::max((columns_.at((i + 1) % n, k) - place).norm(),
+                                          (columns_.at((i + n - 1) % n, k) - place).norm());
             strays_.push_back({k, breaks_[i], reach, most(i)});
             const double freedom = std::max(1.0 - smoother_.leverage(k), least_freedom);
-            columns_[i][k] -= off[i][k] / std::sqrt(freedom) * normals_[i][k];
+            columns_.set(i, k, place - off[i][k] / std::sqrt(freedom) / normal.squaredNorm() * normal);
             ++strays[i];
-            measure(i);
+            measure(i / 4);
         };
         std::vector<std::pair<std::size_t, std::size_t>> found;
         for (std::size_t i = 0; i < n; ++i)
@@ -213,13 +237,12 @@ class RowsFitter {
             const double free = static_cast<double>(m) - smoother_.freedom();
             for (std::size_t k = 0; k < m; ++k)
                 scatter_.leverage[w].push_back(smoother_.leverage(k));
-            for (std::size_t i = 0; i < n; ++i) {
-                smoother_.solve(columns_[i], controls_);
-                squares[i] = 0.0;
-                for (std::size_t k = 0; k < m; ++k) {
-                    const double r = normals_[i][k].dot(columns_[i][k] - smoother_.at_row(k, controls_));
-                    squares[i] += r * r;
-                }
+            for (std::size_t b = 0; b < columns_.fours().size(); ++b) {
+                smoother_.solve(columns_.fours()[b], controls_);
+                Eigen::Array4d sums = Eigen::Array4d::Zero();
+                for (std::size_t k = 0; k < m; ++k)
+                    sums += off_of(b, k).square();
+                for_columns_of(b, [&](Eigen::Index lane, std::size_t i) { squares[i] = sums[lane]; });
             }
             for (std::size_t i = 0; i < n; ++i) {
                 double sum = 0.0;
@@ -247,27 +270,27 @@ class RowsFitter {
 
     core::Result<SurfaceFit> assemble() {
         const std::size_t n = columns_.size(), m = smoother_.axis().controls();
-        std::vector<std::vector<Vec3>> across(n);
+        std::vector<std::vector<Vec2>> across(m, std::vector<Vec2>(n));
         for (std::size_t w = 0; w < weights.size(); ++w) {
             if (std::find(chosen_.begin(), chosen_.end(), w) == chosen_.end()) continue;
             smoother_.set_weight(weights[w]);
-            for (std::size_t i = 0; i < n; ++i)
-                if (chosen_[i] == w) smoother_.solve(columns_[i], across[i]);
+            for (std::size_t b = 0; b < columns_.fours().size(); ++b) {
+                smoother_.solve(columns_.fours()[b], controls_);
+                for_columns_of(b, [&](Eigen::Index lane, std::size_t i) {
+                    for (std::size_t j = 0; j < m && chosen_[i] == w; ++j)
+                        across[j][i] = controls_[j].row(lane).matrix();
+                });
+            }
         }
         auto axis = CubicAxis::on_breaks(breaks_, true);
         if (!axis) return tl::unexpected(axis.error());
         std::vector<Vec3> controls(n * m);
-        std::vector<Vec2> plane(n);
+        const PeriodicInterpolation along(breaks_);
         for (std::size_t j = 0; j < m; ++j) {
-            for (std::size_t i = 0; i < n; ++i)
-                plane[i] = across[i][j].head<2>();
-            const PiecewiseCubic curve = interpolate_periodic(plane, breaks_);
+            const std::vector<Vec2> row = along.controls(across[j]);
             const double height = smoother_.axis().abscissa(j);  // so that z = v, to rounding
-            for (std::size_t i = 0; i < n; ++i) {
-                const auto knots = axis->knots();
-                const Vec2 control = curve.blossom(knots[i + 1], knots[i + 2], knots[i + 3], (i + n - 1) % n);
-                controls[j * n + i] = {control.x(), control.y(), height};
-            }
+            for (std::size_t i = 0; i < n; ++i)
+                controls[j * n + i] = {row[i].x(), row[i].y(), height};
         }
         auto surface = Surface::make(std::move(*axis), smoother_.axis(), std::move(controls));
         if (!surface) return tl::unexpected(surface.error());
@@ -281,12 +304,12 @@ class RowsFitter {
     ColumnSmoother smoother_;
     std::vector<double> breaks_;
     std::vector<KnotCluster> joints_;
-    std::vector<std::vector<double>> places_;           // arc lengths, by row, then by break
-    std::vector<std::vector<Vec3>> columns_, normals_;  // by break, then by row
+    std::vector<std::vector<double>> places_;  // arc lengths, by row, then by break
+    RowColumns columns_, normals_;
     std::vector<std::size_t> chosen_;
     std::vector<double> freedom_;
     std::vector<Stray> strays_;
-    std::vector<Vec3> controls_;
+    std::vector<RowColumns::Four> controls_;
     double row_sigma_ = 0.0;
     RowScatter scatter_;
 };

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/rng.hpp"
+#include "fitting/row_columns.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -58,12 +59,40 @@ TEST(ColumnSmoother, FreedomIsTheSumOfLeveragesAndTakesNoiseAway) {
     EXPECT_NEAR(last, 4.0, 0.05) << "a cubic is left";
 }
 
+TEST(ColumnSmoother, FourColumnsSideBySideAreSmoothedAsEachByItself) {
+    const auto z = uneven_rows(9);
+    ColumnSmoother smoother(z, 0.0);
+    ASSERT_TRUE(smoother.set_weight(0.3));
+    core::Rng rng(4);
+    RowColumns columns;
+    columns.reset(6, z.size());
+    ASSERT_EQ(columns.fours().size(), 2U);
+    for (std::size_t i = 0; i < columns.size(); ++i)
+        for (std::size_t k = 0; k < z.size(); ++k)
+            columns.set(i, k, {rng.normal(), rng.normal()});
+    std::vector<RowColumns::Four> together;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+        std::vector<Vec2> column, alone;
+        for (std::size_t k = 0; k < z.size(); ++k)
+            column.push_back(columns.at(i, k));
+        smoother.solve(column, alone);
+        smoother.solve(columns.fours()[i / 4], together);
+        for (std::size_t k = 0; k < z.size(); ++k) {
+            const RowColumns::Four at_row = smoother.at_row(k, together);
+            const auto lane = static_cast<Eigen::Index>(i % 4);
+            EXPECT_LT((smoother.at_row(k, alone) - Vec2(at_row(lane, 0), at_row(lane, 1))).norm(), 1e-14)
+                << i << " " << k;
+            EXPECT_EQ(columns.fours()[1][k](2, 0), 0.0) << "a spare lane";
+        }
+    }
+}
+
 TEST(ColumnSmoother, TwoRowsMakeALine) {
     const std::vector<double> z{1, 3};
     ColumnSmoother smoother(z, 0.5);
     ASSERT_TRUE(smoother.set_weight(1.0));
     std::vector<Vec3> controls;
-    smoother.solve(std::vector<Vec3>{{0, 0, 1}, {4, 2, 3}}, controls);
+    smoother.solve<Vec3>({{0, 0, 1}, {4, 2, 3}}, controls);
     const auto curve = *BSpline<3>::make(3, smoother.axis().knots(), controls, false);
     EXPECT_LT((curve.position(2.0) - Vec3(2, 1, 2)).norm(), 1e-4);
     EXPECT_LT((curve.position(3.5) - Vec3(5, 2.5, 3.5)).norm(), 1e-3);

@@ -5,6 +5,9 @@
 
 #include <array>
 #include <numbers>
+#include <vector>
+
+#include "core/rng.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -27,6 +30,25 @@ double worst_radius_error(std::size_t n) {
     for (int k = 0; k < 1000; ++k)
         worst = std::max(worst, std::abs(spline.jet(spline.period() * k / 1000.0).position.norm() - 2.0));
     return worst;
+}
+
+TEST(PeriodicSpline, ControlsAreItsBlossomsOnUnevenKnots) {
+    core::Rng rng(3);
+    std::vector<Vec2> points;
+    std::vector<double> t{-2.0};
+    for (int k = 0; k < 11; ++k) {
+        points.emplace_back(rng.normal(), rng.normal());
+        t.push_back(t.back() + rng.uniform(0.05, 3.0));
+    }
+    const PeriodicInterpolation interpolation(t);
+    const auto spline = interpolation.through(points);
+    const auto controls = interpolation.controls(points);
+    ASSERT_EQ(controls.size(), points.size());
+    for (std::size_t k = 2; k < points.size(); ++k)
+        EXPECT_LT((controls[k] - spline.blossom(t[k - 2], t[k - 1], t[k])).norm(), 1e-12) << k;
+    const double period = t.back() - t.front();
+    EXPECT_LT((controls[0] - spline.blossom(t[9] - period, t[10] - period, t[0])).norm(), 1e-12);
+    EXPECT_LT((controls[1] - spline.blossom(t[10] - period, t[0], t[1])).norm(), 1e-12);
 }
 
 /// The blossoms at neighbouring knots are the controls of de Boor's algorithm.
