@@ -106,7 +106,7 @@ class RowsFitter {
     Eigen::Array4d off_of(std::size_t four, std::size_t row) const {
         return (normals_.fours()[four][row] * left_of(four, row)).rowwise().sum();
     }
-    /// Calls work(four, lane, column) for each column of a four.
+    /// Calls work(lane, column) for each column of a four.
     template <class Work>
     void for_columns_of(std::size_t four, const Work& work) const {
         for (std::size_t i = 4 * four; i < std::min(4 * four + 4, columns_.size()); ++i)
