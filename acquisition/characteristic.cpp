@@ -54,7 +54,7 @@ void take_uncertainty(const fitting::NumberUncertainty& uncertainty, const fitti
 fitting::ErrorBudget budget_at(const fitting::ContourPoint& place, double scatter_u95_mm, double coverage) {
     const double added = place.bound_mm + place.offset_error_mm;
     return {std::max(0.0, scatter_u95_mm - added) / coverage, place.machine.standard_mm,
-            added + std::abs(place.machine.known_mm)};
+            added + place.flattened_mm + std::abs(place.machine.known_mm)};
 }
 
 void decide(Characteristic& c, const DecisionRule& rule) {

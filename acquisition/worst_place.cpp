@@ -29,9 +29,9 @@ double u95_of_worst(const fitting::ContourPoint& worst, double scatter_u95_mm, c
         std::max(2.0, fitting::coverage_95_of_largest(std::max(1.0, points_used(section) / points_of_a_value)));
     const double scatter_mm = 0.5 * k * (scatter_u95_mm - worst.offset_error_mm);
     const double shared_mm = worst.machine.shared_mm();
-    if (shared_mm == 0.0) return scatter_mm + worst.offset_error_mm + std::abs(worst.machine.known_mm);
-    return std::hypot(scatter_mm, fitting::coverage_95_of_largest(worst_shared_values) * shared_mm) +
-           worst.offset_error_mm + std::abs(worst.machine.known_mm);
+    const double bound_mm = worst.offset_error_mm + worst.flattened_mm + std::abs(worst.machine.known_mm);
+    if (shared_mm == 0.0) return scatter_mm + bound_mm;
+    return std::hypot(scatter_mm, fitting::coverage_95_of_largest(worst_shared_values) * shared_mm) + bound_mm;
 }
 
 LargestGuard::LargestGuard(double risk, double independent, double independent_shared)
@@ -66,7 +66,8 @@ WorstPlace::WorstPlace(const DecisionRule& rule, const SectionResult& section, s
 void WorstPlace::add(const fitting::ContourPoint& place, double scatter_u95_mm, double size_mm) {
     const double bound = place.offset_error_mm + place.bound_mm;
     const double scatter = std::max(0.0, scatter_u95_mm - bound) / coverage_;
-    found_.add(size_mm, guard_(scatter, place.machine.shared_mm()), bound + std::abs(place.machine.known_mm));
+    found_.add(size_mm, guard_(scatter, place.machine.shared_mm()),
+               bound + place.flattened_mm + std::abs(place.machine.known_mm));
 }
 
 }  // namespace cmm::acquisition

@@ -58,8 +58,6 @@ core::Result<ContactSection> section_of_contacts(std::span<const Contact> contac
     if (leans) stations = stations_along(curve->smooth.curve, contacts, places);
     if (auto status = build_contour(curve->smooth, curve->good, own, result.fit, stations); !status)
         return tl::unexpected(status.error());
-    for (ContourPoint& point : result.fit.centre_curve)
-        point.position_mm += options.ball_radius_mm * point.normal;
     result.fit.centres = flat.centres;
     return result;
 }

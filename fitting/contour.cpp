@@ -13,6 +13,7 @@
 #include "fitting/fairing.hpp"
 #include "fitting/gaps.hpp"
 #include "fitting/join.hpp"
+#include "fitting/lack_of_fit.hpp"
 #include "fitting/offset.hpp"
 #include "fitting/thickness.hpp"
 
@@ -23,6 +24,36 @@ using core::ErrorCode;
 
 constexpr double spread_by_turning = 0.25;  // of the contour points that are spread by turning, the rest by length
 constexpr double least_measured = 0.1;      // share of a contour, by which its points become more at most
+
+/// What a curve may have flattened, at ascending parameters once round from a first one on.
+class FlattenedAlong {
+  public:
+    FlattenedAlong(const SmoothCurve& smooth, double first_t)
+        : curve_(smooth.curve),
+          parameter_(smooth.parameter),
+          by_point_(flattened_mm(smooth.residual, smooth.leverage, smooth.sigma_mm)) {
+        const auto next = std::lower_bound(parameter_.begin(), parameter_.end(), first_t);
+        next_ = static_cast<std::size_t>(next - parameter_.begin()) % parameter_.size();
+    }
+
+    double at(double t) {
+        const std::size_t n = parameter_.size();
+        // What is more than half way round ahead lies behind.
+        const double half = 0.5 * curve_.period();
+        for (std::size_t walked = 0; walked < n && curve_.ahead(t, parameter_[next_]) > half; ++walked)
+            next_ = next_ + 1 < n ? next_ + 1 : 0;
+        const std::size_t last = next_ > 0 ? next_ - 1 : n - 1;
+        const double step = curve_.ahead(parameter_[last], parameter_[next_]), on = curve_.ahead(parameter_[last], t);
+        const double share = on < step ? on / step : 1.0;
+        return by_point_[last] + share * (by_point_[next_] - by_point_[last]);
+    }
+
+  private:
+    const PiecewiseCubic& curve_;
+    std::span<const double> parameter_;
+    std::vector<double> by_point_;
+    std::size_t next_ = 0;
+};
 
 class ContourBuilder {
   public:
@@ -90,7 +121,6 @@ class ContourBuilder {
         fit_.max_thickness_mm = largest_inscribed_diameter(part);
         resample(part, zones, edges.le.nose);
         set_arc_lengths(fit_.contour);
-        set_arc_lengths(fit_.centre_curve);
     }
 
     /// The edge's points by those of the contour that lie at their places: behind the lowest parameter they ascend.
@@ -131,8 +161,8 @@ class ContourBuilder {
         const auto count = static_cast<std::size_t>(
             std::lround(static_cast<double>(options_.contour_points) / std::max(1.0 - missing, least_measured)));
         fit_.contour.resize(count);
-        fit_.centre_curve.resize(count);
         const double offset_error = lean_error(options_.ball_radius_mm, options_.lean_rad).in_plane_mm;
+        FlattenedAlong flattened(smooth_, smooth_.curve.wrap(part[first].t));
         std::size_t k = 0;
         for (std::size_t i = 0; i < count; ++i) {
             const double wanted = static_cast<double>(i) / static_cast<double>(count);
@@ -150,8 +180,7 @@ class ContourBuilder {
             out.t = smooth_.curve.wrap(a.t);
             out.reached = !a.on_arc;
             out.measured = was_measured(out.t);
-            fit_.centre_curve[i] = out;
-            fit_.centre_curve[i].position_mm += options_.ball_radius_mm * out.normal;
+            out.flattened_mm = flattened.at(out.t);
             if (!surface_.empty()) take_surface(a, out);
         }
     }
@@ -166,9 +195,7 @@ class ContourBuilder {
                                             [](double value, const SurfaceStation& s) { return value < s.t; });
         const SurfaceStation& next = above != surface_.end() ? *above : surface_.front();
         const SurfaceStation& last = above != surface_.begin() ? *(above - 1) : surface_.back();
-        const double period = smooth_.curve.period();
-        const auto ahead = [&](double from, double to) { return to >= from ? to - from : to - from + period; };
-        const double share = ahead(last.t, t) / std::max(ahead(last.t, next.t), 1e-300);
+        const double share = smooth_.curve.ahead(last.t, t) / std::max(smooth_.curve.ahead(last.t, next.t), 1e-300);
         const auto between = [&](double SurfaceStation::*value) {
             return last.*value + std::clamp(share, 0.0, 1.0) * (next.*value - last.*value);
         };

@@ -119,11 +119,9 @@ std::vector<Datum> datums_of(const BestFit& fit, std::span<const MeasuredSection
 }
 
 SectionFit undone(SectionFit fit, const PlaneMotion& motion) {
-    for (auto* points : {&fit.contour, &fit.centre_curve}) {
-        for (ContourPoint& point : *points) {
-            point.position_mm = motion.undo(point.position_mm);
-            point.normal = motion.undo_on_direction(point.normal);
-        }
+    for (ContourPoint& point : fit.contour) {
+        point.position_mm = motion.undo(point.position_mm);
+        point.normal = motion.undo_on_direction(point.normal);
     }
     fit.le_point_mm = motion.undo(fit.le_point_mm);
     fit.te_point_mm = motion.undo(fit.te_point_mm);

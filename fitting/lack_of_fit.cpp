@@ -17,6 +17,9 @@ struct SidedRun {
 };
 constexpr SidedRun sided_runs[] = {{8, 7.0}, {16, 5.5}, {32, 5.0}};
 
+constexpr double share_around = 0.7;  // of the points that a curve averages over
+constexpr std::size_t least_to_either_side = 3;
+
 }  // namespace
 
 std::vector<char> not_followed(std::span<const double> residuals, double least_sigma_mm) {
@@ -44,6 +47,27 @@ std::vector<char> not_followed(std::span<const double> residuals, double least_s
             if (marked > 0) --marked;
             sum += products[round(i + window)] - products[i];
         }
+    }
+    return found;
+}
+
+std::vector<double> flattened_mm(std::span<const double> residuals, std::span<const double> leverages,
+                                 double sigma_mm) {
+    const std::size_t n = residuals.size();
+    std::vector<double> found(n, 0.0), sums(n + 1, 0.0);
+    if (n < 2 * least_to_either_side + 1) return found;
+    for (std::size_t i = 0; i < n; ++i)
+        sums[i + 1] = sums[i] + residuals[i];
+    const auto sum = [&](std::size_t first, std::size_t end) { return sums[end] - sums[first]; };
+    const std::size_t most = (n - 1) / 2;
+    for (std::size_t i = 0; i < n; ++i) {
+        const double around = share_around / std::max(leverages[i], share_around / static_cast<double>(n));
+        const std::size_t reach = std::clamp(static_cast<std::size_t>(0.5 * around), least_to_either_side, most);
+        const auto count = static_cast<double>(2 * reach + 1);
+        const double all = i < reach            ? sum(0, i + reach + 1) + sum(n + i - reach, n)
+                           : i + reach + 1 <= n ? sum(i - reach, i + reach + 1)
+                                                : sum(i - reach, n) + sum(0, i + reach + 1 - n);
+        found[i] = std::max(std::abs(all) - sigma_mm * std::sqrt(count), 0.0) / count;
     }
     return found;
 }

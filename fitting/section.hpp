@@ -101,7 +101,8 @@ struct ContourPoint {
     double t = 0.0;                  ///< parameter of the curve of ball centres
     double noise_share = 1.0;  ///< of the noise of the curve of ball centres: the neighbouring sections take some of it
     double bound_mm = 0.0;     ///< part of u95_mm, added: what is not known of the lean, and fairing
-    PlaceErrors machine;       ///< beside u95_mm: by machine, probe and temperature
+    double flattened_mm = 0.0;  ///< beside u95_mm: so much of a narrow form the curve may leave out (`flattened_mm`)
+    PlaceErrors machine;        ///< beside u95_mm: by machine, probe and temperature
 };
 
 /// The curve of ball centres, free form also at the edges, and the points that it was fitted to, in its order.
@@ -121,11 +122,10 @@ struct SectionFit {
     Eigen::Vector2d te_point_mm = Eigen::Vector2d::Zero();
     double le_scale_mm = 0.0;  ///< length over turn of the edge's sharpest 120 degrees: the radius of a circular edge
     double te_scale_mm = 0.0;
-    ContourNoise contour_noise;              ///< how the errors of the contour's points go together
-    double chord_mm = 0.0;                   ///< method NOSETAIL: |TE - LE| between the nose points
-    double max_thickness_mm = 0.0;           ///< method INSCRIBED: diameter of the largest inscribed circle
-    std::vector<ContourPoint> centre_curve;  ///< the fitted ball-centre curve, counter-clockwise, same zones
-    std::vector<ContourPoint> contour;  ///< the part contour, counter-clockwise seen from +Z; closed (last joins first)
+    ContourNoise contour_noise;         ///< how the errors of the contour's points go together
+    double chord_mm = 0.0;              ///< method NOSETAIL: |TE - LE| between the nose points
+    double max_thickness_mm = 0.0;      ///< method INSCRIBED: diameter of the largest inscribed circle
+    std::vector<ContourPoint> contour;  ///< of the part, counter-clockwise seen from +Z; closed (last joins first)
     SectionCentres centres;             ///< as measured, also where the contour comes from the surface
 };
 

@@ -48,6 +48,8 @@ class PiecewiseCubic {
     /// t inside the period already, span known.
     Jet jet_in(std::size_t span, double t) const;
     double wrap(double t) const;
+    /// Round a closed curve from one parameter of the period on to another: 0 to the period.
+    double ahead(double from, double to) const { return to >= from ? to - from : to - from + period(); }
     /// The polar form of the piece that holds b, at a <= b <= c: where these are neighbouring knots, the control point
     /// of a cubic spline between them (Ramshaw 1987). `near`: where the search for the piece begins.
     Vec2 blossom(double a, double b, double c, std::size_t near = 0) const;

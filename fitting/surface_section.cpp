@@ -225,10 +225,10 @@ class SectionMover {
 
     /// What stays as it is, and its surroundings; what is moved by a part.
     void fade() {
-        std::vector<Vec2> still;
-        for (std::size_t i = 0; i < flat_.contour.size(); ++i)
-            if (!flat_.contour[i].reached) still.push_back(flat_.centre_curve[i].position_mm);
         const double r = options_.ball_radius_mm;
+        std::vector<Vec2> still;
+        for (const ContourPoint& point : flat_.contour)
+            if (!point.reached) still.emplace_back(point.position_mm + r * point.normal);
         for (std::size_t k = 0; k < own_.size(); ++k) {
             double nearest = faded_radii * r;
             for (const Vec2& p : still)

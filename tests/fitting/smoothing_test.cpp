@@ -247,6 +247,34 @@ TEST(LackOfFit, RunsOnOneSideAre) {
     EXPECT_EQ(std::count(floored.begin(), floored.end(), 1), 0);
 }
 
+/// Nine points on one side are flattened by their mean less its standard deviation, on either side and where the order
+/// begins, when the curve averages over few; over a hundred the same points are among seventy. Noise passes its own
+/// standard deviation in a third of the places.
+TEST(LackOfFit, WhatACurveFlattens) {
+    constexpr double height = 2e-3, sigma = 1e-3;
+    for (const double sign : {-1.0, 1.0}) {
+        std::vector<double> residuals(400, 0.0);
+        for (std::size_t k = 0; k < 9; ++k)
+            residuals[(396 + k) % 400] = sign * height;
+        const auto few = flattened_mm(residuals, std::vector<double>(400, 1.0 / 6.0), sigma);
+        EXPECT_NEAR(few[0], height - sigma / std::sqrt(7.0), 1e-12);
+        EXPECT_NEAR(few[4], height * 4.0 / 7.0 - sigma / std::sqrt(7.0), 1e-12);
+        EXPECT_EQ(few[200], 0.0);
+        const auto many = flattened_mm(residuals, std::vector<double>(400, 0.01), sigma);
+        EXPECT_NEAR(many[0], std::max(0.0, 9.0 * height - sigma * std::sqrt(71.0)) / 71.0, 1e-12);
+    }
+    core::Rng rng(7);
+    std::vector<double> noise(20000);
+    for (double& r : noise)
+        r = sigma * rng.normal();
+    const auto by_noise = flattened_mm(noise, std::vector<double>(noise.size(), 0.1), sigma);
+    const auto passed = std::count_if(by_noise.begin(), by_noise.end(), [](double f) { return f > 0.0; });
+    EXPECT_NEAR(static_cast<double>(passed) / 20000.0, 0.317, 0.02);
+    EXPECT_LT(*std::max_element(by_noise.begin(), by_noise.end()), 5.0 * sigma / std::sqrt(7.0));
+    EXPECT_EQ(flattened_mm(std::vector<double>(6, 1.0), std::vector<double>(6, 0.5), sigma),
+              std::vector<double>(6, 0.0));
+}
+
 TEST(Smoothing, RefusesTooFewPoints) {
     EXPECT_FALSE(smooth_closed(noisy_ellipse(11, 0.0, 1)));
 }
