@@ -27,6 +27,12 @@ std::optional<double> known(bool valid, double value) {
     return valid ? std::optional(value) : std::nullopt;
 }
 
+JsonFields& add_time(JsonFields& fields, const std::optional<TimeTaken>& taken) {
+    const auto if_taken = [&](double TimeTaken::*ms) { return taken ? std::optional((*taken).*ms) : std::nullopt; };
+    return fields.add("latency_ms", if_taken(&TimeTaken::latency_ms), 3)
+        .add("processor_ms", if_taken(&TimeTaken::processor_ms), 3);
+}
+
 std::string with_characteristic(JsonFields& fields, const Characteristic& characteristic) {
     return fields.add("name", characteristic.name)
         .add("value_mm", in_mm(characteristic, characteristic.value), fine_digits)
@@ -69,14 +75,14 @@ std::string snapshot_payload(std::size_t section, const LiveSnapshot& snapshot) 
         .text();
 }
 
-std::string final_payload(const SectionResult& section, std::optional<double> latency_ms) {
+std::string final_payload(const SectionResult& section, const std::optional<TimeTaken>& taken) {
     JsonFields fields;
     fields.add("section", section.index)
         .add("z_mm", section.z_mm, count_digits)
         .add("points", section.points.size())
         .add("rejected", section.fit ? section.fit->rejected : 0)
-        .add("closed", section.all_round())
-        .add("latency_ms", latency_ms, 3)
+        .add("closed", section.all_round());
+    add_time(fields, taken)
         .add("compensation", acquisition::to_string(section.compensation.state))
         .add("method", fitting::to_string(section.compensation.method()))
         .add("alignment", acquisition::to_string(section.alignment.state));
@@ -157,13 +163,11 @@ std::string again_payload(const SectionResult& section, std::size_t pass, const 
         .text();
 }
 
-std::string decision_payload(std::size_t section, Decision decision, bool certain, std::optional<double> latency_ms) {
-    return JsonFields()
-        .add("section", section)
-        .add("decision", acquisition::to_string(decision))
-        .add("certain", certain)
-        .add("latency_ms", latency_ms, 3)
-        .text();
+std::string decision_payload(std::size_t section, Decision decision, bool certain,
+                             const std::optional<TimeTaken>& taken) {
+    JsonFields fields;
+    fields.add("section", section).add("decision", acquisition::to_string(decision)).add("certain", certain);
+    return add_time(fields, taken).text();
 }
 
 std::string frame_payload(const PartFrame& frame) {

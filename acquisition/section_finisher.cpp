@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "acquisition/event_payload.hpp"
+#include "core/processor_time.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -134,6 +135,7 @@ void SectionFinisher::finish_next(std::unique_lock<std::mutex>& lock) {
     const auto received = section->last_sample_host_time();
     t_machine_s_ = section->last_machine_time_s();
     const auto begun = clock_.now();
+    processor_begun_ = core::thread_processor_time();
     auto closed = judge_.close(setup, section->points());
     const bool stays = !PartJudge::changes_when_judged(closed);
     if (stays) announce_closed(closed, received);
@@ -146,13 +148,14 @@ void SectionFinisher::finish_next(std::unique_lock<std::mutex>& lock) {
 }
 
 /// One more of `latencies_ms`, where there is a last sample.
-std::optional<double> SectionFinisher::since(std::optional<core::Duration> received,
-                                             std::vector<double>& latencies_ms) {
+std::optional<TimeTaken> SectionFinisher::since(std::optional<core::Duration> received,
+                                                std::vector<double>& latencies_ms) {
     if (!received) return std::nullopt;
     const double ms = core::seconds(clock_.now() - *received) * 1e3;
+    const double processor_ms = core::seconds(core::thread_processor_time() - processor_begun_) * 1e3;
     const std::lock_guard lock(mutex_);
     latencies_ms.push_back(ms);
-    return ms;
+    return TimeTaken{ms, processor_ms};
 }
 
 void SectionFinisher::announce_closed(const SectionResult& section, std::optional<core::Duration> received) {

@@ -11,6 +11,7 @@
 #include <set>
 #include <vector>
 
+#include "acquisition/event_payload.hpp"
 #include "acquisition/events.hpp"
 #include "acquisition/live_section.hpp"
 #include "acquisition/part_judge.hpp"
@@ -66,7 +67,7 @@ class SectionFinisher {
     SectionLatency latency() const;
 
   private:
-    std::optional<double> since(std::optional<core::Duration> received, std::vector<double>& latencies_ms);
+    std::optional<TimeTaken> since(std::optional<core::Duration> received, std::vector<double>& latencies_ms);
     void took_since(core::Duration begun);
     void begin();
     void step();
@@ -85,6 +86,7 @@ class SectionFinisher {
     // Of the worker, while busy.
     PartJudge judge_;
     double t_machine_s_ = 0.0;                                      // of the last section
+    core::Duration processor_begun_{};                              // the thread's time when it began with that
     bool grown_ = true;                                             // the surface has the last section
     std::map<std::size_t, std::set<std::uint64_t>> told_rejected_;  // points by section
     std::deque<std::unique_ptr<LiveSection>> waiting_;

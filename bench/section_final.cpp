@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <ctime>
 #include <memory>
 #include <string>
 #include <utility>
@@ -9,6 +8,7 @@
 #include "acquisition/part_file.hpp"
 #include "acquisition/part_judge.hpp"
 #include "bench/bench.hpp"
+#include "core/processor_time.hpp"
 #include "core/rng.hpp"
 #include "tests/acquisition/decision_subject.hpp"
 
@@ -24,9 +24,7 @@ constexpr int blades = 8;
 constexpr double sigma_mm = 1e-3, bad_share = 0.01, bad_low_mm = 0.020, bad_high_mm = 0.400;
 
 double processor_ms() {
-    timespec now{};
-    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return 1e3 * static_cast<double>(now.tv_sec) + 1e-6 * static_cast<double>(now.tv_nsec);
+    return 1e3 * core::seconds(core::thread_processor_time());
 }
 
 /// A section as it comes from the probe, with what the demo part asks of it.

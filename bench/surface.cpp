@@ -100,7 +100,7 @@ void write_rows(const MeasuredRows& data, const fitting::SurfaceFit& fit, const 
         breaks.push_back(fit.surface.u().low(i));
     breaks.push_back(fit.surface.u().back());
     peers::write(folder + "/surface.breaks_u", breaks, 1);
-    const auto rows = data.fitted(true);
+    const auto rows = data.fitted(RowCurve::by_evidence);
     const fitting::RowAlignment alignment(fitting::features_of(rows));
     std::vector<double> grid;
     for (std::size_t k = 0; k < rows.size(); ++k)
@@ -141,16 +141,16 @@ struct TimedFit {
     fitting::SurfaceFit fit;
 };
 
-TimedFit timed_fit(const MeasuredRows& data, bool corrected) {
+TimedFit timed_fit(const MeasuredRows& data, RowCurve kind) {
     TimedFit result;
     {
         forget_peak_memory();
         const double before = peak_memory_mb();
-        result.fit = fitting::fit_surface(data.fitted(corrected)).value();
+        result.fit = fitting::fit_surface(data.fitted(kind)).value();
         result.memory_mb = peak_memory_mb() - before;
     }
     std::vector<fitting::SurfaceRow> rows;
-    result.rows = peers::time_ms(9, [&] { rows = data.fitted(corrected); });
+    result.rows = peers::time_ms(9, [&] { rows = data.fitted(kind); });
     result.layers = peers::time_ms(9, [&] { result.fit = fitting::fit_surface(rows).value(); });
     result.both = {result.rows.low + result.layers.low, result.rows.median + result.layers.median,
                    result.rows.high + result.layers.high};
@@ -172,19 +172,22 @@ void bench_warm_start(const fitting::Surface& surface, const std::vector<Vec3>& 
     }
 }
 
-void bench_fit(const TwistedBlade& blade, const TimedFit& plain, const TimedFit& corrected, const JudgedPlaces& places,
-               const PeerTable& table) {
+void bench_fit(const TwistedBlade& blade, const MeasuredRows& data, const TimedFit& by_evidence,
+               const JudgedPlaces& places, const PeerTable& table) {
     const auto judge = [&](const std::vector<double>& xyz) { return judged(blade, xyz); };
-    table.task("surface through 100 rows, 40 000 points, at chords", "-", plain.both,
-               judge(places.on(plain.fit.surface)), "20 ms", judge);
-    table.task("surface through 100 rows, 40 000 points, corrected", "surface", corrected.both,
-               judge(places.on(corrected.fit.surface)), "45 ms, 0.25/2.4 um", judge);
-    print_ms("  of that the surface through the rows' curves", corrected.layers, "");
+    const std::string what = "surface through 100 rows, 40 000 points, ";
+    const auto compare = [&](const std::string& how, const char* peers, const TimedFit& timed, const char* target) {
+        table.task(what + how, peers, timed.both, judge(places.on(timed.fit.surface)), target, judge);
+        print_ms("  of that the surface through the rows' curves", timed.layers, "");
+    };
+    compare("at chords", "-", timed_fit(data, RowCurve::at_chords), "20 ms");
+    compare("points projected twice", "surface", timed_fit(data, RowCurve::projected), "45 ms, 0.25/2.4 um");
+    compare("rows' curves as of sections", "-", by_evidence, "");
 }
 
 void bench_growth(const TwistedBlade& blade, const TimedFit& small, std::size_t small_points) {
     const MeasuredRows data(blade, 566, 400);
-    const TimedFit large = timed_fit(data, true);
+    const TimedFit large = timed_fit(data, RowCurve::by_evidence);
     const auto each = [](double ms, std::size_t points) { return 1e3 * ms / static_cast<double>(points); };
     print_ms("surface through 566 rows, " + std::to_string(data.points.size()) + " points, corrected", large.both, "");
     print_one("  a point, 40 000 points", each(small.both.median, small_points), "us CPU");
@@ -225,15 +228,15 @@ void bench_closest(const fitting::Surface& surface, const std::array<std::vector
 void bench_surface() {
     const TwistedBlade blade(fitting::families::Family::compressor, 6);
     const MeasuredRows data(blade, 100, 400);
-    const TimedFit plain = timed_fit(data, false), corrected = timed_fit(data, true);
-    const fitting::Surface& surface = corrected.fit.surface;
+    const TimedFit by_evidence = timed_fit(data, RowCurve::by_evidence);
+    const fitting::Surface& surface = by_evidence.fit.surface;
     const auto queries = asked(surface);
     const JudgedPlaces places(surface);
 
     const fs::path folder = fs::temp_directory_path() / "cmmlive-bench-surface";
     fs::remove_all(folder);
     fs::create_directories(folder);
-    write_rows(data, corrected.fit, places, folder.string());
+    write_rows(data, by_evidence.fit, places, folder.string());
     write_surface(surface, folder.string());
     for (std::size_t k = 0; k < orders.size(); ++k) {
         std::vector<double> xyz;
@@ -243,8 +246,8 @@ void bench_surface() {
     }
     const std::vector<Peer> found = run_peers(folder.string(), "fitpack_surface.py", "_surface");
     const PeerTable table(found, folder.string());
-    bench_fit(blade, plain, corrected, places, table);
-    bench_growth(blade, corrected, data.points.size());
+    bench_fit(blade, data, by_evidence, places, table);
+    bench_growth(blade, by_evidence, data.points.size());
     bench_warm_start(surface, data.points);
     bench_closest(surface, queries, table);
     fs::remove_all(folder);

@@ -31,7 +31,7 @@ double CurveNoise::sigma_mm(double t) const {
     const auto b = basis_at(span, t);
     double variance = 0.0;
     for (std::size_t a = 0; a < 4; ++a) {
-        const auto& row = covariance_[(span + a) % covariance_.size()];
+        const auto& row = covariance_[wrapped(span + a)];
         variance += b[a] * b[a] * row[0];
         for (std::size_t c = a + 1; c < 4; ++c)
             variance += 2.0 * b[a] * b[c] * row[c - a];
@@ -43,7 +43,7 @@ void CurveNoise::add_place(double t, double weight, std::span<double> slopes) co
     const std::size_t span = span_of(t);
     const auto b = basis_at(span, t);
     for (std::size_t a = 0; a < 4; ++a)
-        slopes[(span + a) % slopes.size()] += weight * b[a];
+        slopes[wrapped(span + a)] += weight * b[a];
 }
 
 double CurveNoise::variance(std::span<double> slopes) const {

@@ -34,6 +34,7 @@ class CurveNoise {
     double variance(std::span<double> slopes) const;
 
   private:
+    std::size_t wrapped(std::size_t control) const { return control < controls() ? control : control - controls(); }
     std::size_t span_of(double t) const;
     std::array<double, 4> basis_at(std::size_t span, double t) const;
 

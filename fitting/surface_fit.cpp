@@ -275,6 +275,9 @@ class RowsFitter {
             if (std::find(chosen_.begin(), chosen_.end(), w) == chosen_.end()) continue;
             smoother_.set_weight(weights[w]);
             for (std::size_t b = 0; b < columns_.fours().size(); ++b) {
+                bool any = false;
+                for_columns_of(b, [&](Eigen::Index, std::size_t i) { any = any || chosen_[i] == w; });
+                if (!any) continue;
                 smoother_.solve(columns_.fours()[b], controls_);
                 for_columns_of(b, [&](Eigen::Index lane, std::size_t i) {
                     for (std::size_t j = 0; j < m && chosen_[i] == w; ++j)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/section_finisher.hpp"
 
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <thread>
 
@@ -104,6 +105,24 @@ TEST_F(SectionFinisherTest, LatencyCountsFromTheLastSample) {
     EXPECT_TRUE(holds(log.of(EventKind::gate_decision).at(0).payload, "\"latency_ms\":12.345"));
 }
 
+/// Of the worker, and no longer than it took on the wall; the decision comes later and has taken more.
+TEST_F(SectionFinisherTest, SaysHowLongAProcessorWorkedForIt) {
+    const core::SystemClock wall;
+    const auto begun = wall.now();
+    SectionFinisher finisher(events, clock, workers);
+    finisher.submit(section(0));
+    (void)finisher.take_all();
+    const double most_ms = 1e3 * core::seconds(wall.now() - begun);
+    const auto processor_ms = [&](EventKind kind) {
+        return nlohmann::json::parse("{" + log.of(kind).at(0).payload + "}").at("processor_ms").get<double>();
+    };
+    const double closed_ms = processor_ms(EventKind::section_final),
+                 decided_ms = processor_ms(EventKind::gate_decision);
+    EXPECT_GT(closed_ms, 0.1) << "a fit";
+    EXPECT_GT(decided_ms, closed_ms);
+    EXPECT_LE(decided_ms, most_ms);
+}
+
 TEST_F(SectionFinisherTest, ARestoredSectionHasNoLatency) {
     SectionFinisher finisher(events, clock, workers);
     clock.advance(std::chrono::hours(24));
@@ -112,7 +131,7 @@ TEST_F(SectionFinisherTest, ARestoredSectionHasNoLatency) {
     finisher.submit(std::move(restored));
     ASSERT_EQ(finisher.take_all().size(), 1U);
     EXPECT_EQ(finisher.latency().closed.count + finisher.latency().decided.count, 0U);
-    EXPECT_TRUE(holds(log.of(EventKind::section_final).at(0).payload, "\"latency_ms\":null"));
+    EXPECT_TRUE(holds(log.of(EventKind::section_final).at(0).payload, "\"latency_ms\":null,\"processor_ms\":null"));
 }
 
 TEST_F(SectionFinisherTest, ASectionThatCannotBeFittedSaysWhy) {
@@ -157,10 +176,12 @@ TEST_F(SectionFinisherTest, OnlyWhatIsCertainEndsARunAndWhatBecomesCertainDoes) 
         return log.of(EventKind::gate_decision).back().payload;
     };
     finisher.submit(live(0));
-    EXPECT_EQ(last_decision(), "\"section\":0,\"decision\":\"reject\",\"certain\":false,\"latency_ms\":null");
+    EXPECT_EQ(last_decision(),
+              "\"section\":0,\"decision\":\"reject\",\"certain\":false,\"latency_ms\":null,\"processor_ms\":null");
     EXPECT_FALSE(finisher.rejected()) << "its lean may make it thick";
     finisher.submit(live(1));
-    EXPECT_EQ(last_decision(), "\"section\":0,\"decision\":\"reject\",\"certain\":true,\"latency_ms\":null")
+    EXPECT_EQ(last_decision(),
+              "\"section\":0,\"decision\":\"reject\",\"certain\":true,\"latency_ms\":null,\"processor_ms\":null")
         << "of the revised section";
     EXPECT_TRUE(finisher.rejected());
 }
