@@ -71,7 +71,7 @@ TEST(DecisionRisk, MeasuringUntilDecidedTakesNoMoreRisk) {
         Task task;
         task.family = family;
         task.first_seed = 30001;
-        task.blades = 18;
+        task.blades = 21;
         task.sigmas_mm = {2e-3};
         for (const auto& [name, rates] : run_until_decided(task, {})) {
             if (name.starts_with("measured again"))

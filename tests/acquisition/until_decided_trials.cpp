@@ -44,23 +44,28 @@ Case case_of(const Blade& blade, std::uint64_t turn) {
         const std::string name(to_string(kind));
         return Case{name + ", upper", {name}, with_size_at_limit(setup_of(blade, 0.0), kind, truth), none};
     };
+    const auto swollen = [&](const char* where, double width) {
+        return Case{where, {"profile_suction"}, setup_of(blade, 0.0), [width](double t) {
+                        return half_zone_mm * swelling(t, width);
+                    }};
+    };
     const std::vector<std::string> zones{"profile_le", "profile_suction", "profile_te", "profile_pressure"};
-    switch (turn % 6) {
+    switch (turn % 7) {
         case 0:
             return {", all of it outwards", zones, setup_of(blade, half_zone_mm), none};
         case 1:
             return {", all of it inwards", zones, setup_of(blade, -half_zone_mm), none};
         case 2:
-            return {", at one place", {"profile_suction"}, setup_of(blade, 0.0), [](double t) {
-                        return half_zone_mm * swelling(t, 0.08);
-                    }};
+            return swollen(", at one place", 0.08);
         case 3:
+            return swollen(", at a narrow place", 0.02);
+        case 4:
             return size(CharacteristicKind::le_radius, blade.le().nose_radius());
         default:
             break;
     }
     const fitting::section_truth::SectionTruth truth(fitting::section_truth::of_family(blade));
-    if (turn % 6 == 4) return size(CharacteristicKind::chord, (truth.tail() - truth.nose()).norm());
+    if (turn % 7 == 5) return size(CharacteristicKind::chord, (truth.tail() - truth.nose()).norm());
     return size(CharacteristicKind::max_thickness, truth.thickest().diameter);
 }
 
