@@ -189,7 +189,8 @@ void bench_growth(const TwistedBlade& blade, const TimedFit& small, std::size_t 
     const MeasuredRows data(blade, 566, 400);
     const TimedFit large = timed_fit(data, RowCurve::by_evidence);
     const auto each = [](double ms, std::size_t points) { return 1e3 * ms / static_cast<double>(points); };
-    print_ms("surface through 566 rows, " + std::to_string(data.points.size()) + " points, corrected", large.both, "");
+    print_ms("surface through 566 rows, " + std::to_string(data.points.size()) + " points, rows' curves as of sections",
+             large.both, "");
     print_one("  a point, 40 000 points", each(small.both.median, small_points), "us CPU");
     print_one("  a point, 226 000 points", each(large.both.median, data.points.size()), "us CPU", "the same");
     print_one("  memory beyond the points, 40 000 points", small.memory_mb, "MB");

@@ -14,7 +14,7 @@ using namespace fitting;
 namespace {
 
 constexpr std::size_t points_of_a_span = 3;
-constexpr int projections = 2;
+constexpr int projected_rounds = 2;
 
 /// A step of Newton's method from where the points were before; they stay in their order and within the period.
 void project(const PiecewiseCubic& curve, const std::vector<Vec2>& points, std::vector<double>& t) {
@@ -77,7 +77,7 @@ std::vector<SurfaceRow> MeasuredRows::fitted(RowCurve kind) const {
     for (std::size_t k = 0; k < plane.size(); ++k) {
         SmoothCurve smooth = kind == RowCurve::by_evidence
                                  ? smooth_closed(plane[k]).value()
-                                 : least_squares(plane[k], kind == RowCurve::projected ? projections : 0);
+                                 : least_squares(plane[k], kind == RowCurve::projected ? projected_rounds : 0);
         rows.push_back(SurfaceRow::make(std::move(smooth), heights[k], 0.0, k > 0 ? rows.back().le() : le_,
                                         k > 0 ? rows.back().te() : te_)
                            .value());
