@@ -333,6 +333,7 @@ SectionResult judge_section(SectionResult section, const ReferenceContour* nomin
         add_nothing_evaluable(section, nominal, options);
         return section;
     }
+    fitting::fit_edges(*section.fit);
     if (nominal != nullptr) {
         compare_with(*nominal, options, section);
         take_plane(*nominal, options, *section.fit);

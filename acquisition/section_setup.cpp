@@ -154,7 +154,7 @@ struct FitPoints {
         }
     }
     core::Result<fitting::SectionFit> fit(const fitting::SectionOptions& options) const {
-        return fitting::fit_section(centres, excluded, options, kept, later);
+        return fitting::fit_contour(centres, excluded, options, kept, later);
     }
 };
 
@@ -173,6 +173,7 @@ std::optional<fitting::SectionFit> fit_without_strays(const fitting::SurfaceComp
     options.te_hint = flat.te_point_mm;
     auto fit = points.fit(options);
     if (!fit) return std::nullopt;
+    fitting::fit_edges(*fit);
     for (const auto& stray : strays)
         fit->verdicts[stray.index].residual_mm = stray.off_mm;
     return std::move(*fit);

@@ -8,6 +8,7 @@
 #include "core/units.hpp"
 #include "fitting/chord.hpp"
 #include "fitting/radius_uncertainty.hpp"
+#include "fitting/thickness.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -104,8 +105,8 @@ Characteristic plain_thickness(const fitting::SectionFit& fit, const std::string
         };
         return of_side(a) < of_side(b);
     });
-    auto c = reported("max_thickness", thickness_method, fit.max_thickness_mm, size_u95(worst, worst),
-                      offset_error_note(2.0 * worst.offset_error_mm, Unit::mm));
+    auto c = reported("max_thickness", thickness_method, fitting::largest_inscribed_diameter(fit.contour),
+                      size_u95(worst, worst), offset_error_note(2.0 * worst.offset_error_mm, Unit::mm));
     c.note += (c.note.empty() ? "" : "; ") + why;
     add_machine(fit, worst, worst, c);
     const auto unmeasured =

@@ -56,8 +56,9 @@ core::Result<ContactSection> section_of_contacts(std::span<const Contact> contac
     result.fit.noise_sigma_mm = curve->smooth.sigma_mm;
     std::vector<SurfaceStation> stations;
     if (leans) stations = stations_along(curve->smooth.curve, contacts, places);
-    if (auto status = build_contour(curve->smooth, curve->good, own, result.fit, stations); !status)
-        return tl::unexpected(status.error());
+    const auto open = build_contour(curve->smooth, curve->good, own, result.fit, stations);
+    if (!open) return tl::unexpected(open.error());
+    fit_open_edges(*open, curve->smooth, curve->good, result.fit);
     result.fit.centres = flat.centres;
     return result;
 }

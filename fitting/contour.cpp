@@ -15,7 +15,6 @@
 #include "fitting/join.hpp"
 #include "fitting/lack_of_fit.hpp"
 #include "fitting/offset.hpp"
-#include "fitting/thickness.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -66,29 +65,34 @@ class ContourBuilder {
           surface_(surface),
           gaps_(find_gaps(good, options)) {}
 
-    core::Status run() {
+    core::Result<OpenEdges> run() {
         const std::size_t dense = 2 * std::max<std::size_t>(options_.contour_points, 400);
         const double r = options_.ball_radius_mm;
         auto part = offset_inwards(smooth_.curve, r, dense).points;
         auto edges = find_edges(part, options_.le_hint, options_.te_hint);
         if (!edges) return tl::unexpected(edges.error());
-        const EdgeFitter fitter({smooth_, good_, part, r, noise(), gaps_});
-        coverage_ = coverage_95(noise().freedom);
+        const Noise noise = noise_of(smooth_, good_.size());
+        const EdgeFitter fitter({smooth_, good_, part, r, noise, gaps_});
+        coverage_ = coverage_95(noise.freedom);
+        const bool need_le = fitter.may_patch(edges->le, edges->te), need_te = fitter.may_patch(edges->te, edges->le);
         EdgeAnswer le_answer, te_answer;
-        fit_.le = take(fitter.run(edges->le, edges->te, options_.le_model), le_answer);
-        fit_.te = take(fitter.run(edges->te, edges->le, options_.te_model), te_answer);
+        if (need_le) fit_.le = take(fitter.run(edges->le, edges->te, options_.le_model), le_answer);
+        if (need_te) fit_.te = take(fitter.run(edges->te, edges->le, options_.te_model), te_answer);
+        OpenEdges open{{}, *edges, {}, r, options_.le_model, options_.te_model, !need_le, !need_te};
         if (!patches_.empty() || options_.fairing_mm > 0.0) {
             const Vec2 le = part[edges->le.nose].position, te = part[edges->te.nose].position;
             auto curve = join_edges(smooth_.curve, patches_);
-            if (auto status = fair(curve); !status) return status;
-            part = offset_inwards(curve, r, dense).points;
+            if (auto status = fair(curve); !status) return tl::unexpected(status.error());
+            open.part = std::exchange(part, offset_inwards(curve, r, dense).points);
             edges = find_edges(part, le, te);
             if (!edges) return tl::unexpected(edges.error());
         }
         publish(part, *edges);
-        answer_by_contour(le_answer, fit_.le);
-        answer_by_contour(te_answer, fit_.te);
-        return {};
+        answer_by_contour(le_answer, smooth_.curve, fit_.contour, fit_.le);
+        answer_by_contour(te_answer, smooth_.curve, fit_.contour, fit_.te);
+        if (open.part.empty()) open.part = std::move(part);
+        open.gaps = std::move(gaps_);
+        return open;
     }
 
   private:
@@ -108,8 +112,6 @@ class ContourBuilder {
         return {};
     }
 
-    Noise noise() const { return {smooth_.sigma_mm, static_cast<double>(good_.size()) - smooth_.freedom}; }
-
     void publish(const std::vector<OffsetPoint>& part, const BladeEdges& edges) {
         const auto zones = zones_of(edges, part.size());
         fit_.le_point_mm = part[edges.le.nose].position;
@@ -118,26 +120,8 @@ class ContourBuilder {
         fit_.le_scale_mm = edges.le.scale_mm;
         fit_.te_scale_mm = edges.te.scale_mm;
         fit_.contour_noise = ContourNoise(smooth_.noise, patches_, smooth_.curve.period(), coverage_);
-        fit_.max_thickness_mm = largest_inscribed_diameter(part);
         resample(part, zones, edges.le.nose);
         set_arc_lengths(fit_.contour);
-    }
-
-    /// The edge's points by those of the contour that lie at their places: behind the lowest parameter they ascend.
-    void answer_by_contour(const EdgeAnswer& answer, EdgeFit& edge) const {
-        const auto& contour = fit_.contour;
-        const auto lowest = std::min_element(contour.begin(), contour.end(),
-                                             [](const ContourPoint& a, const ContourPoint& b) { return a.t < b.t; });
-        const auto before = [](const ContourPoint& point, double t) { return point.t < t; };
-        for (std::size_t k = 0; k < answer.t.size(); ++k) {
-            const double t = smooth_.curve.wrap(answer.t[k]);
-            auto at = std::lower_bound(lowest, contour.end(), t, before);
-            if (at == contour.end()) at = std::lower_bound(contour.begin(), lowest, t, before);
-            const auto point = static_cast<std::size_t>(at - contour.begin()) % contour.size();
-            for (Eigen::Index number = 0; number < 3; ++number)
-                edge.slopes[static_cast<std::size_t>(number)].add(
-                    point, answer.by_point(number, static_cast<Eigen::Index>(k)));
-        }
     }
 
     /// Equal steps of a mixed measure of length and turning, from the LE nose on.
@@ -247,8 +231,16 @@ class ContourBuilder {
 
 }  // namespace
 
-core::Status build_contour(const SmoothCurve& smooth, std::span<const Vec2> good, const SectionOptions& options,
-                           SectionFit& fit, std::span<const SurfaceStation> surface) {
+void SurfaceStation::doubt(double ball_radius_mm, double lean_error_rad) {
+    const double lean = std::abs(lean_rad);
+    offset_error_mm = lean_doubt_mm = lean_error(ball_radius_mm, lean).in_plane_mm;
+    if (std::isfinite(lean_error_rad))
+        lean_doubt_mm = lean_error(ball_radius_mm, lean + lean_error_rad).in_plane_mm - offset_error_mm;
+}
+
+core::Result<OpenEdges> build_contour(const SmoothCurve& smooth, std::span<const Vec2> good,
+                                      const SectionOptions& options, SectionFit& fit,
+                                      std::span<const SurfaceStation> surface) {
     return ContourBuilder(smooth, good, options, fit, surface).run();
 }
 

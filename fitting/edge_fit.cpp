@@ -157,7 +157,14 @@ EdgeFitter::EdgeFitter(const EdgeSource& source) : source_(source), order_(sourc
     if (!std::is_sorted(order_.begin(), order_.end(), before)) std::sort(order_.begin(), order_.end(), before);
 }
 
-EdgeFitter::Gathered EdgeFitter::gather(const EdgeRegion& region, const EdgeRegion& other) const {
+double EdgeFitter::t_of(std::ptrdiff_t k) const {
+    const auto n = static_cast<std::ptrdiff_t>(order_.size());
+    const std::ptrdiff_t lap = k >= 0 ? k / n : -((n - 1 - k) / n);
+    return source_.smooth.parameter[order_[static_cast<std::size_t>(k - lap * n)]] +
+           source_.smooth.curve.period() * static_cast<double>(lap);
+}
+
+EdgeFitter::Surroundings EdgeFitter::surroundings(const EdgeRegion& region, const EdgeRegion& other) const {
     const PiecewiseCubic& curve = source_.smooth.curve;
     const double period = curve.period();
     const auto ahead = [&](double from, double to) {
@@ -172,12 +179,7 @@ EdgeFitter::Gathered EdgeFitter::gather(const EdgeRegion& region, const EdgeRegi
     const double reach = around_share * length;
 
     const auto n = static_cast<std::ptrdiff_t>(order_.size());
-    const auto t_of = [&](std::ptrdiff_t k) {  // of the k-th point by parameter, any lap
-        const std::ptrdiff_t lap = k >= 0 ? k / n : -((n - 1 - k) / n);
-        return source_.smooth.parameter[order_[static_cast<std::size_t>(k - lap * n)]] +
-               period * static_cast<double>(lap);
-    };
-    const double wrapped = curve.wrap(middle), shift = middle - wrapped;
+    const double wrapped = curve.wrap(middle);
     const auto at = std::lower_bound(order_.begin(), order_.end(), wrapped,
                                      [&](std::size_t i, double value) { return source_.smooth.parameter[i] < value; });
     const std::ptrdiff_t centre = at - order_.begin();
@@ -195,22 +197,38 @@ EdgeFitter::Gathered EdgeFitter::gather(const EdgeRegion& region, const EdgeRegi
     while (last > centre && t_of(last - 1) - wrapped > most_ahead)
         --last;
 
-    Gathered out;
+    Surroundings around{first, last, middle - wrapped};
     for (const CurvatureStep& joint : source_.smooth.joints) {
         const double off = std::remainder(joint.t - wrapped, period);
-        if (off > t_of(first) - wrapped && off < t_of(last - 1) - wrapped) ++out.edge.joints;
+        if (off > t_of(first) - wrapped && off < t_of(last - 1) - wrapped) ++around.joints;
     }
     for (const Gap& gap : source_.gaps) {
         const double before = source_.smooth.parameter[gap.before];
         const double off =
             std::remainder(before + 0.5 * ahead(before, source_.smooth.parameter[gap.behind]) - wrapped, period);
-        out.over_gap = out.over_gap || (off > t_of(first) - wrapped && off < t_of(last - 1) - wrapped);
+        around.over_gap = around.over_gap || (off > t_of(first) - wrapped && off < t_of(last - 1) - wrapped);
     }
+    return around;
+}
+
+bool EdgeFitter::may_patch(const EdgeRegion& region, const EdgeRegion& other) const {
+    return may_patch(surroundings(region, other));
+}
+
+bool EdgeFitter::may_patch(const Surroundings& around) const {
+    return source_.noise.sigma_mm > least_noise_mm && around.joints == 0 && !around.over_gap;
+}
+
+EdgeFitter::Gathered EdgeFitter::gather(const EdgeRegion& region, const Surroundings& around) const {
+    const PiecewiseCubic& curve = source_.smooth.curve;
+    const auto n = static_cast<std::ptrdiff_t>(order_.size());
+    Gathered out;
+    out.edge.joints = around.joints;
     out.edge.ball_mm = source_.ball_mm;
     out.edge.noise = source_.noise;
     const Vec2& nose = source_.part[region.middle].normal;
     double best = -2.0;
-    for (std::ptrdiff_t k = first; k < last; ++k) {
+    for (std::ptrdiff_t k = around.first; k < around.last; ++k) {
         const double t = t_of(k);
         double inside = t;
         const std::size_t span = curve.span_of(inside), i = order_[static_cast<std::size_t>((k % n + n) % n)];
@@ -224,7 +242,7 @@ EdgeFitter::Gathered EdgeFitter::gather(const EdgeRegion& region, const EdgeRegi
             out.edge.nose = out.edge.points.size();
         }
         out.edge.points.push_back(point);
-        out.t.push_back(t + shift);
+        out.t.push_back(t + around.shift);
     }
     return out;
 }
@@ -271,7 +289,8 @@ EdgeFit EdgeFitter::free_form(const EdgeRegion& region, const Gathered& gathered
 }
 
 EdgeOutcome EdgeFitter::run(const EdgeRegion& region, const EdgeRegion& other, std::optional<EdgeModel> request) const {
-    const Gathered gathered = gather(region, other);
+    const Surroundings around = surroundings(region, other);
+    const Gathered gathered = gather(region, around);
     const auto [first, last] = zone_points(region, gathered);
     const FormFinding finding = recognise_form(gathered.edge, first, last);
     // A model that was asked for is tried on any end that was measured as a whole.
@@ -301,10 +320,7 @@ EdgeOutcome EdgeFitter::run(const EdgeRegion& region, const EdgeRegion& other, s
         outcome.answer.by_point =
             std::visit(Answerer{std::span(gathered.edge.points).subspan(trial.begin, count), by_shape}, trial.shape);
         judge_radius(fit);
-        // With joints the free form is as good as the model up to the ends, and it meets the sides where they begin.
-        // Beyond a gap the sides say nothing of how the model goes on.
-        if (source_.noise.sigma_mm > least_noise_mm && trial.gain >= strong_evidence && gathered.edge.joints == 0 &&
-            !gathered.over_gap)
+        if (trial.gain >= strong_evidence && may_patch(around))
             outcome.patch = make_patch(source_.smooth.curve, gathered.edge, gathered.t, trial);
         fit.used_in_contour = outcome.patch.has_value();
     }

@@ -44,14 +44,29 @@ class EdgeFitter {
     explicit EdgeFitter(const EdgeSource& source);
     /// One edge; `other` bounds its surroundings.
     EdgeOutcome run(const EdgeRegion& region, const EdgeRegion& other, std::optional<EdgeModel> request) const;
+    /// False: `run` leaves no patch, whatever the points of this edge say. With joints the free form is as good as the
+    /// model up to the ends, and it meets the sides where they begin; beyond a gap the sides say nothing of how the
+    /// model goes on; without noise no model is nearer to the points.
+    bool may_patch(const EdgeRegion& region, const EdgeRegion& other) const;
 
   private:
+    /// The points around an edge, [first, last) by their number along the curve (below 0 and beyond the last: one lap
+    /// before and after), and what lies among them.
+    struct Surroundings {
+        std::ptrdiff_t first = 0, last = 0;
+        double shift = 0.0;  // from the curve's parameters to those of the part there
+        std::size_t joints = 0;
+        bool over_gap = false;
+    };
     struct Gathered {
         EdgePoints edge;
         std::vector<double> t;  // of the points, ascending, unwrapped
-        bool over_gap = false;
     };
-    Gathered gather(const EdgeRegion& region, const EdgeRegion& other) const;
+    Surroundings surroundings(const EdgeRegion& region, const EdgeRegion& other) const;
+    bool may_patch(const Surroundings& around) const;
+    /// Parameter of the k-th point along the curve, any lap.
+    double t_of(std::ptrdiff_t k) const;
+    Gathered gather(const EdgeRegion& region, const Surroundings& around) const;
     std::pair<std::size_t, std::size_t> zone_points(const EdgeRegion& region, const Gathered& gathered) const;
     EdgeFit free_form(const EdgeRegion& region, const Gathered& gathered, EdgeAnswer& answer) const;
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -21,6 +22,7 @@
 namespace cmm::fitting {
 
 class ClosedCurve;
+struct OpenEdges;
 
 enum class Zone : std::uint8_t { le, suction, te, pressure };
 std::string_view to_string(Zone zone) noexcept;
@@ -117,16 +119,16 @@ struct SectionFit {
     std::size_t rejected = 0;
     double noise_sigma_mm = 0.0;  ///< estimated standard deviation of the accepted points about the fit
     double faired_mm = 0.0;       ///< by so much fairing moved the contour at most; part of every point's u95
-    EdgeFit le, te;
+    EdgeFit le, te;               ///< made by `fit_edges`, as far as the contour does not need them
     Eigen::Vector2d le_point_mm = Eigen::Vector2d::Zero();  ///< nose point of the part contour
     Eigen::Vector2d te_point_mm = Eigen::Vector2d::Zero();
     double le_scale_mm = 0.0;  ///< length over turn of the edge's sharpest 120 degrees: the radius of a circular edge
     double te_scale_mm = 0.0;
     ContourNoise contour_noise;         ///< how the errors of the contour's points go together
     double chord_mm = 0.0;              ///< method NOSETAIL: |TE - LE| between the nose points
-    double max_thickness_mm = 0.0;      ///< method INSCRIBED: diameter of the largest inscribed circle
     std::vector<ContourPoint> contour;  ///< of the part, counter-clockwise seen from +Z; closed (last joins first)
     SectionCentres centres;             ///< as measured, also where the contour comes from the surface
+    std::shared_ptr<const OpenEdges> open_edges;  ///< what `fit_edges` has still to do; none: nothing
 };
 
 /// Fits a section that goes round the blade, its gaps bridged. `centres` are in measuring order, any start, either
@@ -137,5 +139,11 @@ struct SectionFit {
 core::Result<SectionFit> fit_section(std::span<const Eigen::Vector2d> centres, std::span<const RejectReason> excluded,
                                      const SectionOptions& options, std::span<const char> kept = {},
                                      std::span<const char> later = {});
+
+/// The same in two steps, the numbers of edges that are not part of the contour (`le`, `te`) by the second one.
+core::Result<SectionFit> fit_contour(std::span<const Eigen::Vector2d> centres, std::span<const RejectReason> excluded,
+                                     const SectionOptions& options, std::span<const char> kept = {},
+                                     std::span<const char> later = {});
+void fit_edges(SectionFit& fit);
 
 }  // namespace cmm::fitting

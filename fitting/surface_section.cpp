@@ -7,8 +7,7 @@
 #include <utility>
 
 #include "fitting/closed_curve.hpp"
-#include "fitting/contour.hpp"
-#include "fitting/offset.hpp"
+#include "fitting/section_mover.hpp"
 #include "fitting/surface_cut.hpp"
 
 namespace cmm::fitting {
@@ -21,8 +20,7 @@ constexpr std::size_t looked_ahead = 48;
 constexpr double section_window_share = 0.04;  // of the curve's breaks, to either side
 // Of the noise of the curve: up to there an rms distance of the surface is explained by it, from there on not at all.
 constexpr double explained_sigmas = 1.25, own_sigmas = 2.5;
-constexpr double least_scatter_freedom = 2.0;           // of a column, that its rows leave
-constexpr double still_radii = 1.0, faded_radii = 2.0;  // from a place that stays
+constexpr double least_scatter_freedom = 2.0;  // of a column, that its rows leave
 
 /// How well the other sections foretell a section: the polynomial through their points along each u = const.
 class NeighbourForecast {
@@ -130,11 +128,11 @@ std::vector<std::size_t> nearest_facing(const PiecewiseCubic& curve, std::span<c
     return found;
 }
 
-class SectionMover {
+class SurfaceLook {
   public:
     /// `of_surface`: the section is one of those that the surface was made of.
-    SectionMover(const SurfaceCompensation& surface, double z_mm, const SmoothCurve& smooth, bool of_surface,
-                 std::size_t row, const SectionFit& flat, const SectionOptions& options)
+    SurfaceLook(const SurfaceCompensation& surface, double z_mm, const SmoothCurve& smooth, bool of_surface,
+                std::size_t row, const SectionFit& flat, const SectionOptions& options)
         : surface_(surface),
           z_mm_(z_mm),
           of_surface_(of_surface),
@@ -148,8 +146,7 @@ class SectionMover {
         for (std::size_t k = 0; k < curve_.spans(); ++k)
             own_.push_back(curve_.pieces()[k][0]);
         if (auto status = look_up(); !status) return tl::unexpected(status.error());
-        fade();
-        return moved();
+        return move_section(smooth_, std::move(movement_), flat_, options_);
     }
 
   private:
@@ -189,10 +186,10 @@ class SectionMover {
                     : 0.0;
             const CutPoint& p = cut->points[place[k]];
             const Vec2 outward = p.normal.head<2>().normalized();
-            shift_.push_back(feet[k].foot - own_[k] + (1.0 - explained) * off[k] * outward);
-            stations_.push_back(station(t, p, forecast.slope_error(k, outward)));
+            movement_.shift.push_back(feet[k].foot - own_[k] + (1.0 - explained) * off[k] * outward);
+            movement_.stations.push_back(station(t, p, forecast.slope_error(k, outward)));
             if (explained > 0.0)
-                stations_.back().noise_share = 1.0 + explained * (noise_share(p.place.u, noise, rms[k]) - 1.0);
+                movement_.stations.back().noise_share = 1.0 + explained * (noise_share(p.place.u, noise, rms[k]) - 1.0);
         }
         return {};
     }
@@ -215,75 +212,8 @@ class SectionMover {
         SurfaceStation s;
         s.t = t;
         s.lean_rad = std::asin(std::clamp(p.normal.z(), -1.0, 1.0));
-        const double r = options_.ball_radius_mm, lean = std::abs(s.lean_rad);
-        s.offset_error_mm = lean_error(r, lean).in_plane_mm;
-        s.lean_doubt_mm = s.offset_error_mm;
-        if (std::isfinite(slope_error))
-            s.lean_doubt_mm = lean_error(r, lean + slope_error).in_plane_mm - s.offset_error_mm;
+        s.doubt(options_.ball_radius_mm, slope_error);
         return s;
-    }
-
-    /// What stays as it is, and its surroundings; what is moved by a part.
-    void fade() {
-        const double r = options_.ball_radius_mm;
-        std::vector<Vec2> still;
-        for (const ContourPoint& point : flat_.contour)
-            if (!point.reached) still.emplace_back(point.position_mm + r * point.normal);
-        for (std::size_t k = 0; k < own_.size(); ++k) {
-            double nearest = faded_radii * r;
-            for (const Vec2& p : still)
-                nearest = std::min(nearest, (p - own_[k]).norm());
-            const double x = std::clamp((nearest / r - still_radii) / (faded_radii - still_radii), 0.0, 1.0);
-            const double share = x * x * (3.0 - 2.0 * x) * trust(stations_[k]);
-            shift_[k] *= share;
-            stations_[k].moved = share == 1.0;
-            if (stations_[k].moved) continue;
-            stations_[k].offset_error_mm *= 1.0 - share;
-            stations_[k].offset_error_mm += std::exchange(stations_[k].lean_doubt_mm, 0.0);
-            stations_[k].noise_share = 1.0 + share * (stations_[k].noise_share - 1.0);
-        }
-    }
-
-    /// In the lean: whole where it is known better than the 2-D offset errs, or than the noise tells; none from twice
-    /// that on.
-    double trust(const SurfaceStation& s) const {
-        const double noise = 2.0 * smooth_.noise.sigma_mm(s.t);
-        return std::clamp(2.0 - s.lean_doubt_mm / std::max(s.offset_error_mm, noise), 0.0, 1.0);
-    }
-
-    core::Result<SurfaceSection> moved() const {
-        const PiecewiseCubic shift = interpolate_periodic(shift_, curve_.breaks());
-        std::vector<PiecewiseCubic::Piece> pieces = curve_.pieces();
-        for (std::size_t k = 0; k < pieces.size(); ++k)
-            for (std::size_t j = 0; j < 4; ++j)
-                pieces[k][j] += shift.pieces()[k][j];
-        SmoothCurve smooth = smooth_;
-        smooth.curve = PiecewiseCubic(curve_.breaks(), std::move(pieces), true);
-        std::vector<Vec2> points = flat_.centres.points;
-        for (std::size_t i = 0; i < points.size(); ++i)
-            points[i] += shift.jet(smooth.parameter[i]).position;
-
-        SurfaceSection result;
-        result.fit.missing = flat_.missing;
-        result.fit.verdicts = flat_.verdicts;
-        result.fit.rejected = flat_.rejected;
-        result.fit.noise_sigma_mm = flat_.noise_sigma_mm;
-        SectionOptions options = options_;
-        options.le_hint = flat_.le_point_mm;
-        options.te_hint = flat_.te_point_mm;
-        options.lean_rad = 0.0;
-        if (auto status = build_contour(smooth, points, options, result.fit, stations_); !status)
-            return tl::unexpected(status.error());
-        result.fit.centres = flat_.centres;
-        std::size_t moved = 0;
-        for (const SurfaceStation& s : stations_) {
-            if (!s.moved) continue;
-            ++moved;
-            result.lean_doubt_mm = std::max(result.lean_doubt_mm, s.lean_doubt_mm);
-            result.offset_error_mm = std::max(result.offset_error_mm, s.offset_error_mm);
-        }
-        result.share = static_cast<double>(moved) / static_cast<double>(stations_.size());
-        return result;
     }
 
     const SurfaceCompensation& surface_;
@@ -294,9 +224,8 @@ class SectionMover {
     const SectionOptions& options_;
     const SmoothCurve& smooth_;  // of the section's ball centres, as the surface has it
     const PiecewiseCubic& curve_;
-    std::vector<Vec2> own_;  // at its breaks, like the next two
-    std::vector<Vec2> shift_;
-    std::vector<SurfaceStation> stations_;
+    std::vector<Vec2> own_;  // at its breaks
+    SectionMovement movement_;
 };
 
 }  // namespace
@@ -313,7 +242,7 @@ core::Result<SurfaceSection> compensate_section(const SurfaceCompensation& surfa
         return refuse("compensation: the section's curve of ball centres is not that of its points");
     if (z_mm < rows.front().z_mm() || z_mm > rows.back().z_mm())
         return refuse("compensation: the section lies beyond those that tell the lean");
-    return SectionMover(surface, z_mm, smooth, of_surface, static_cast<std::size_t>(row - rows.begin()), flat, options)
+    return SurfaceLook(surface, z_mm, smooth, of_surface, static_cast<std::size_t>(row - rows.begin()), flat, options)
         .run();
 }
 

@@ -4,16 +4,9 @@
 #include "core/error.hpp"
 #include "fitting/compensation.hpp"
 #include "fitting/section.hpp"
+#include "fitting/section_mover.hpp"
 
 namespace cmm::fitting {
-
-/// A section whose contour takes the lean of the surface into account.
-struct SurfaceSection {
-    SectionFit fit;
-    double share = 0.0;            ///< of the curve of ball centres that was moved; elsewhere the 2-D offset stands
-    double lean_doubt_mm = 0.0;    ///< there: largest error by what is not known of the lean
-    double offset_error_mm = 0.0;  ///< there: largest error that the 2-D offset would have
-};
 
 /// The contour in the section's plane from the surface of contacts (docs/theory.md, section 12). That surface's cut,
 /// one ball radius outwards in the plane, is the curve of which the contour is the plain 2-D offset: the section's own

@@ -16,11 +16,11 @@ constexpr double thickness_rounding = 1e-9;  // far above that of a radius, far 
 /// A contour against which circles are tried, with every so many-th of its points for a first guess.
 class Obstacles {
   public:
-    Obstacles(std::span<const OffsetPoint> contour, std::size_t stride, double nearest_mm)
+    Obstacles(std::span<const ContourPoint> contour, std::size_t stride, double nearest_mm)
         : stride_(stride), nearest_squared_(nearest_mm * nearest_mm) {
         all_.reserve(contour.size());
-        for (const OffsetPoint& p : contour)
-            all_.push_back(p.position);
+        for (const ContourPoint& p : contour)
+            all_.push_back(p.position_mm);
         for (std::size_t j = 0; j < all_.size(); j += stride)
             few_.push_back(all_[j]);
         double longest = 0.0;
@@ -32,14 +32,14 @@ class Obstacles {
     /// Radius of the largest circle that touches the contour at p from inside and holds none of the few other points;
     /// infinite where none lies inwards. Very near neighbours do not count: they only give the local radius of
     /// curvature with all its noise.
-    double radius_among_few(const OffsetPoint& p) const { return shrunk(infinite, p, few_); }
+    double radius_among_few(const ContourPoint& p) const { return shrunk(infinite, p, few_); }
 
     /// Among all points: only those whose stretch between two of the few reaches into that circle can matter.
-    double radius_among_all(const OffsetPoint& p) const {
+    double radius_among_all(const ContourPoint& p) const {
         double radius = radius_among_few(p);
         for (std::size_t k = 0; k < few_.size(); ++k) {
             const double reach = radius * (1.0 + thickness_rounding) + stretch_mm_;
-            if ((few_[k] - p.position + radius * p.normal).squaredNorm() > reach * reach) continue;
+            if ((few_[k] - p.position_mm + radius * p.normal).squaredNorm() > reach * reach) continue;
             const std::size_t first = k * stride_;
             radius = shrunk(radius, p, std::span(all_).subspan(first, std::min(stride_, all_.size() - first)));
         }
@@ -47,10 +47,10 @@ class Obstacles {
     }
 
   private:
-    double shrunk(double radius, const OffsetPoint& p, std::span<const Vec2> points) const {
+    double shrunk(double radius, const ContourPoint& p, std::span<const Vec2> points) const {
         double limit = 2.0 * radius * (1.0 + thickness_rounding);
         for (const Vec2& point : points) {
-            const Vec2 d = point - p.position;
+            const Vec2 d = point - p.position_mm;
             const double depth = -d.dot(p.normal), squared = d.squaredNorm();
             // Multiplied first: few points are worth the division.
             if (!(squared < limit * depth) || squared < nearest_squared_) continue;
@@ -69,12 +69,12 @@ class Obstacles {
 
 }  // namespace
 
-double largest_inscribed_diameter(std::span<const OffsetPoint> contour) {
+double largest_inscribed_diameter(std::span<const ContourPoint> contour) {
     const std::size_t n = contour.size(), stride = std::max<std::size_t>(1, n / coarse_points);
-    Vec2 low = contour[0].position, high = low;
-    for (const OffsetPoint& p : contour) {
-        low = low.cwiseMin(p.position);
-        high = high.cwiseMax(p.position);
+    Vec2 low = contour[0].position_mm, high = low;
+    for (const ContourPoint& p : contour) {
+        low = low.cwiseMin(p.position_mm);
+        high = high.cwiseMax(p.position_mm);
     }
     const double nearest = 2e-3 * (high - low).norm();
     const Obstacles obstacles(contour, stride, nearest);

@@ -14,14 +14,14 @@ constexpr double settled_mm = 1e-9;
 constexpr double least_throat_mm = 1e-3;  // less is no passage: the search ends where the outlines cross
 
 /// The two places between which the distance is measured: of the blade, and of its neighbour before it was moved.
-struct Gap {
+struct Passage {
     ContourPlace here, there;
     double width_mm = std::numeric_limits<double>::max();
 };
 
-Gap first_look(const ContourGeometry& contour, const Vec2& pitch) {
+Passage first_look(const ContourGeometry& contour, const Vec2& pitch) {
     const std::size_t stride = std::max<std::size_t>(1, contour.size() / looked_at);
-    Gap best;
+    Passage best;
     for (std::size_t i = 0; i < contour.size(); i += stride) {
         for (std::size_t k = 0; k < contour.size(); k += stride) {
             const double width = (contour.point(k).position_mm + pitch - contour.point(i).position_mm).norm();
@@ -51,20 +51,21 @@ core::Result<Measure> measure_throat(MeasuredSection& section, const Vec2& pitch
         return core::fail(core::ErrorCode::fit_not_evaluable, std::string("throat: ") + why);
     };
     if (outlines_cross(contour, pitch_mm)) return refuse("the neighbours cross");
-    Gap gap = first_look(contour, pitch_mm);
+    Passage passage = first_look(contour, pitch_mm);
     for (int k = 0; k < most_feet; ++k) {
-        gap.there = contour.foot(contour.position(gap.here) - pitch_mm, contour.whole(), &gap.there);
-        gap.here = contour.foot(contour.position(gap.there) + pitch_mm, contour.whole(), &gap.here);
-        const Vec2 across = contour.position(gap.there) + pitch_mm - contour.position(gap.here);
-        const double change = gap.width_mm - across.norm();
-        gap.width_mm = across.norm();
+        passage.there = contour.foot(contour.position(passage.here) - pitch_mm, contour.whole(), &passage.there);
+        passage.here = contour.foot(contour.position(passage.there) + pitch_mm, contour.whole(), &passage.here);
+        const Vec2 across = contour.position(passage.there) + pitch_mm - contour.position(passage.here);
+        const double change = passage.width_mm - across.norm();
+        passage.width_mm = across.norm();
         if (std::abs(change) > settled_mm) continue;
         // Where the blades touch or cross, the way from one to the other leads through material.
-        if (gap.width_mm < least_throat_mm || !(across.dot(contour.normal(gap.here)) > 0.5 * gap.width_mm))
+        if (passage.width_mm < least_throat_mm || !(across.dot(contour.normal(passage.here)) > 0.5 * passage.width_mm))
             return refuse("the neighbours touch");
-        Measure out{"THROAT: smallest distance to the same section moved by the nominal pitch", gap.width_mm, {}, {}};
-        contour.add(gap.here, -1.0, out.slopes);
-        contour.add(gap.there, -1.0, out.slopes);
+        Measure out{
+            "THROAT: smallest distance to the same section moved by the nominal pitch", passage.width_mm, {}, {}};
+        contour.add(passage.here, -1.0, out.slopes);
+        contour.add(passage.there, -1.0, out.slopes);
         return out;
     }
     return refuse("the search does not settle");

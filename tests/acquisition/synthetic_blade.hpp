@@ -154,7 +154,6 @@ fitting::SectionFit fit_of(const Section& section, const Shape& shape, const Dev
     fit.le_point_mm = section.nose();
     fit.te_point_mm = section.tail();
     fit.chord_mm = (fit.te_point_mm - fit.le_point_mm).norm();
-    fit.max_thickness_mm = shape.thickness_mm;
     return fit;
 }
 

@@ -11,8 +11,7 @@ namespace cmm::fitting {
 namespace {
 
 std::vector<double> numbers_of(const SectionFit& fit) {
-    std::vector<double> all{fit.chord_mm,     fit.max_thickness_mm, fit.noise_sigma_mm,
-                            fit.le.radius_mm, fit.te.radius_mm,     fit.le.radius_u95_mm};
+    std::vector<double> all{fit.chord_mm, fit.noise_sigma_mm, fit.le.radius_mm, fit.te.radius_mm, fit.le.radius_u95_mm};
     for (const ContourPoint& point : fit.contour)
         all.insert(all.end(), {point.position_mm.x(), point.position_mm.y(), point.normal.x(), point.normal.y(),
                                point.u95_mm, point.flattened_mm});

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <iostream>
 
+#include "fitting/thickness.hpp"
 #include "support/twisted_blade.hpp"
 
 namespace cmm::fitting {
@@ -141,7 +142,7 @@ TEST(SurfaceSection, EverythingIsOfTheNewContour) {
     EXPECT_GT(steepest, 0.1);
     EXPECT_GT(*std::min_element(zones.begin(), zones.end()), 20U);
     // The 2-D offset gives larger edges where they lean; the truth of the edge is the outline's radius.
-    EXPECT_LT(fit.max_thickness_mm, measured.flat[k].max_thickness_mm);
+    EXPECT_LT(largest_inscribed_diameter(fit.contour), largest_inscribed_diameter(measured.flat[k].contour));
 }
 
 TEST(SurfaceSection, TwoSectionsKeepTheBoundOfThe2dOffset) {

@@ -9,9 +9,12 @@ namespace cmm::fitting {
 namespace {
 
 double thickness_of(const truth::Outline& outline) {
-    std::vector<OffsetPoint> contour;
-    for (std::size_t i = 0; i < outline.points.size(); i += 6)
-        contour.push_back({outline.points[i], outline.normals[i], 0.0});
+    std::vector<ContourPoint> contour;
+    for (std::size_t i = 0; i < outline.points.size(); i += 6) {
+        auto& point = contour.emplace_back();
+        point.position_mm = outline.points[i];
+        point.normal = outline.normals[i];
+    }
     return largest_inscribed_diameter(contour);
 }
 
