@@ -81,9 +81,8 @@ Json compensation(const Compensation& compensation) {
         out["share"] = number(compensation.share);
         out["change_mm"] = number(compensation.change_mm);
         if (fitting::is_point_by_point(compensation.asked)) out["set_aside"] = compensation.set_aside;
-    } else if (!compensation.note.empty()) {
-        out["why"] = compensation.note;
     }
+    if (!compensation.note.empty()) out["why"] = compensation.note;
     return out;
 }
 

@@ -7,6 +7,7 @@
 
 #include "fitting/closed_curve.hpp"
 #include "fitting/contact_section.hpp"
+#include "fitting/lean_by_sections.hpp"
 #include "fitting/surface_section.hpp"
 
 namespace cmm::acquisition {
@@ -148,14 +149,27 @@ void PartJudge::compensate_by_points(Judged& judged, const std::vector<fitting::
 void PartJudge::compensate(Judged& judged, const Stack& stack) {
     if (judged.setup->fitting.compensation != CompensationMethod::surface)
         return compensate_by_points(judged, stack.rows_with(judged));
-    auto section = fitting::compensate_section(stack.surface, judged.result.z_mm, judged.in_plane(),
-                                               section_options(*judged.setup));
+    const auto options = section_options(*judged.setup);
+    auto section = stack.surface.centres()
+                       ? fitting::compensate_section(stack.surface, judged.result.z_mm, judged.in_plane(), options)
+                       : compensate_beside_others(judged, options);
     if (!section) return stay_flat(judged, section.error());
     judged.keep_flat();
     const double change_mm = largest_distance(section->fit.contour, judged.provisional_contour());
     judged.result = judge_fit(std::move(judged.result), std::move(section->fit), *judged.setup);
     judged.result.compensation = {Compensation::State::final,  {}, section->share, change_mm,
                                   CompensationMethod::surface, 0};
+    if (!stack.surface.centres())
+        judged.result.compensation.note = "by the sections beside it, no two of which go all round";
+}
+
+/// Where no two sections make a surface: parts of blades.
+core::Result<fitting::SurfaceSection> PartJudge::compensate_beside_others(
+    const Judged& judged, const fitting::SectionOptions& options) const {
+    std::vector<fitting::SectionInPlane> all{{judged.result.z_mm, &judged.in_plane()}};
+    for (const Judged* const other : completion_->all)
+        if (other != &judged) all.push_back({other->result.z_mm, &other->in_plane()});
+    return fitting::compensate_by_sections(all, 0, options);
 }
 
 std::vector<const SectionResult*> PartJudge::grow() {
@@ -287,6 +301,7 @@ core::Status PartJudge::lay_stack(const std::vector<Judged*>& upwards, std::vect
         }
     }
     std::reverse(joined.begin(), joined.end());
+    completion_->all.assign(joined.begin(), joined.end());
     return completion_->stack.fit();
 }
 

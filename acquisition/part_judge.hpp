@@ -11,6 +11,7 @@
 #include "acquisition/section_setup.hpp"
 #include "fitting/compensation.hpp"
 #include "fitting/contact_points.hpp"
+#include "fitting/section_mover.hpp"
 
 namespace cmm::acquisition {
 
@@ -92,7 +93,8 @@ class PartJudge {
     /// All sections are here; those of `left` are not yet compensated by what all of them know.
     struct Completion {
         Stack stack;
-        std::vector<Judged*> left;  ///< the lowest last
+        std::vector<Judged*> left;         ///< the lowest last
+        std::vector<const Judged*> all{};  ///< that were left at first
     };
     static fitting::CentreRow centre_row(const Judged& judged);
     core::Status lay_stack(const std::vector<Judged*>& upwards, std::vector<const SectionResult*>& revised);
@@ -102,6 +104,8 @@ class PartJudge {
     const SectionResult* align_next();
     void stay_flat(Judged& judged, const core::Error& why);
     void compensate(Judged& judged, const Stack& stack);
+    core::Result<fitting::SurfaceSection> compensate_beside_others(const Judged& judged,
+                                                                   const fitting::SectionOptions& options) const;
     void compensate_by_points(Judged& judged, const std::vector<fitting::CentreRow>& rows);
 
     std::vector<std::unique_ptr<Judged>> sections_;

@@ -42,6 +42,7 @@ std::string compensation_text(const Compensation& compensation) {
             if (compensation.share < whole) text += " (" + core::fixed(100.0 * compensation.share, 1) + " % of it)";
             if (compensation.set_aside > 0)
                 text += " (" + std::to_string(compensation.set_aside) + " contacts out of order set aside)";
+            if (!compensation.note.empty()) text += ", " + compensation.note;
             return text;
         }
         case Compensation::State::provisional:
