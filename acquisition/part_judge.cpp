@@ -150,20 +150,22 @@ void PartJudge::compensate(Judged& judged, const Stack& stack) {
     if (judged.setup->fitting.compensation != CompensationMethod::surface)
         return compensate_by_points(judged, stack.rows_with(judged));
     const auto options = section_options(*judged.setup);
-    auto section = stack.surface.centres()
-                       ? fitting::compensate_section(stack.surface, judged.result.z_mm, judged.in_plane(), options)
-                       : compensate_beside_others(judged, options);
+    const double z_mm = judged.result.z_mm;
+    const auto rows = stack.surface.rows();
+    const bool reached = stack.surface.centres() && z_mm >= rows.front().z_mm() && z_mm <= rows.back().z_mm();
+    auto section = reached ? fitting::compensate_section(stack.surface, z_mm, judged.in_plane(), options)
+                           : compensate_beside_others(judged, options);
     if (!section) return stay_flat(judged, section.error());
     judged.keep_flat();
     const double change_mm = largest_distance(section->fit.contour, judged.provisional_contour());
     judged.result = judge_fit(std::move(judged.result), std::move(section->fit), *judged.setup);
     judged.result.compensation = {Compensation::State::final,  {}, section->share, change_mm,
                                   CompensationMethod::surface, 0};
-    if (!stack.surface.centres())
-        judged.result.compensation.note = "by the sections beside it, no two of which go all round";
+    if (!reached)
+        judged.result.compensation.note = "by the sections beside it: none that go all round lie both above and below";
 }
 
-/// Where no two sections make a surface: parts of blades.
+/// Where the surface of the sections that go all round does not reach, or there is none.
 core::Result<fitting::SurfaceSection> PartJudge::compensate_beside_others(
     const Judged& judged, const fitting::SectionOptions& options) const {
     std::vector<fitting::SectionInPlane> all{{judged.result.z_mm, &judged.in_plane()}};
