@@ -18,11 +18,12 @@ constexpr std::size_t most_met = 4;
 constexpr double less_from_one_side = 2.0;  // so much less is a slope known where all neighbours lie above, or below
 constexpr double least_facing = 0.5;        // cosine between the normals of sections side by side
 constexpr double steepest_way = 3.0;        // slope to a neighbour
-constexpr double most_doubt_rad = 0.1;      // of the lean
+constexpr double most_doubt_rad = 0.03;     // of the lean
 constexpr double flattest_radii = 8.0;      // of the ball
+constexpr double together_radii = 0.05;     // of the ball: breaks so near to each other
 constexpr double most_radii = 4.0;          // of the ball: a curve less sharp lies on its tangent
-constexpr std::size_t breaks_beside = 2;    // breaks
-constexpr int newton_steps = 12;            // of Newton's method
+constexpr std::size_t breaks_beside = 2;    // whose doubts count
+constexpr int newton_steps = 12;
 constexpr double met_mm = 1e-9;
 
 /// Where a section was measured, by the parameter of its curve of ball centres.
@@ -139,7 +140,7 @@ struct Ways {
 struct Cut {
     double shift_mm = 0.0, lean_rad = 0.0;
     bool by_tangents = false;
-    bool sure = false;  ///< more than one other section says so, or there is no more than one
+    bool sure = false;  ///< otherwise between others
 };
 
 /// The ball that touches at the own height has its centre at z: z + r d'/w = 0, d' the slope there, w = sqrt(1 + d'^2).
@@ -184,11 +185,11 @@ class LeanBySections {
             const double by_line = doubt_near(k, &Ways::line), by_tangents = doubt_near(k, &Ways::support);
             const OffsetOverHeight& best = by_tangents < by_line ? ways_[k].support : ways_[k].line;
             const double doubt = std::min(by_line, by_tangents);
-            if (best.count() > 0 && (doubt < most_doubt_rad || std::isinf(doubt)))
+            if (doubt < most_doubt_rad || (others_.size() == 1 && best.count() == 1))
                 cuts[k] = cut_of(best, options_.ball_radius_mm);
             if (!cuts[k]) continue;
             cuts[k]->by_tangents = &best == &ways_[k].support;
-            cuts[k]->sure = std::isfinite(doubt) || others_.size() == 1;
+            cuts[k]->sure = true;
             s.lean_rad = cuts[k]->lean_rad;
             s.doubt(options_.ball_radius_mm, doubt);
             largest_mm = std::max(largest_mm, s.offset_error_mm);
@@ -196,7 +197,10 @@ class LeanBySections {
         if (std::none_of(cuts.begin(), cuts.end(), [](const auto& cut) { return cut.has_value(); }))
             return core::fail(core::ErrorCode::fit_not_evaluable,
                               "compensation: no other section was measured beside this one");
+        const auto spoken_for = thin_out(cuts, movement.stations);
         bridge(cuts);
+        for (const std::size_t k : spoken_for)
+            cuts[k]->sure = true;
         for (std::size_t k = 0; k < cuts.size(); ++k) {
             movement.shift[k] = shift_at(k, cuts);
             if (sure_near(k, cuts)) continue;
@@ -208,6 +212,29 @@ class LeanBySections {
 
   private:
     const PiecewiseCubic& curve() const { return fit_.centres.curve.curve; }
+
+    /// Of breaks that lie together, as at a joint of the curve, the one with the smallest doubt speaks for all: between
+    /// two of them the shift would be as steep as their errors differ. The others are left to `bridge`.
+    std::vector<std::size_t> thin_out(std::vector<std::optional<Cut>>& cuts,
+                                      std::vector<SurfaceStation>& stations) const {
+        const double together_mm = together_radii * options_.ball_radius_mm;
+        std::vector<std::size_t> spoken_for;
+        std::size_t kept = 0;
+        for (std::size_t k = 1; k < cuts.size(); ++k) {
+            const bool together = cuts[kept] && cuts[k] && stations[k].t - stations[kept].t < together_mm;
+            std::size_t left = kept;
+            const bool better = stations[k].lean_doubt_mm < stations[kept].lean_doubt_mm;
+            if (together && !better) left = k;
+            if (!together || better) kept = k;
+            if (!together) continue;
+            const double t = std::exchange(stations[left].t, stations[kept].t);
+            stations[left] = stations[kept];
+            stations[left].t = t;
+            cuts[left].reset();
+            spoken_for.push_back(left);
+        }
+        return spoken_for;
+    }
 
     /// With its neighbours, through which a place that is not sure may draw the curve along.
     static bool sure_near(std::size_t k, const std::vector<std::optional<Cut>>& cuts) {
@@ -295,15 +322,19 @@ class LeanBySections {
     }
 
     /// Over places that nothing is known of, evenly from one side to the other.
-    static void bridge(std::vector<std::optional<Cut>>& cuts) {
+    void bridge(std::vector<std::optional<Cut>>& cuts) const {
         const std::size_t n = cuts.size();
+        const auto way = [&](std::size_t from, std::size_t to) {
+            return to == from + n ? curve().period()
+                                  : curve().ahead(curve().breaks()[from % n], curve().breaks()[to % n]);
+        };
         const auto known = std::find_if(cuts.begin(), cuts.end(), [](const auto& cut) { return cut.has_value(); });
         const auto first = static_cast<std::size_t>(known - cuts.begin());
         for (std::size_t last = first, k = first + 1; k <= first + n; ++k) {
             if (!cuts[k % n]) continue;
             const Cut from = *cuts[last % n], to = *cuts[k % n];
             for (std::size_t i = last + 1; i < k; ++i) {
-                const double share = static_cast<double>(i - last) / static_cast<double>(k - last);
+                const double share = way(last, i) / way(last, k);
                 cuts[i % n] = Cut{from.shift_mm + share * (to.shift_mm - from.shift_mm),
                                   from.lean_rad + share * (to.lean_rad - from.lean_rad)};
             }

@@ -22,10 +22,10 @@ struct SectionInPlane {
 /// through their offsets along the normal over z is parallel to the part in the plane of normal and z; the parallel
 /// curve at the ball's radius, cut at the section's height, is the contour. The doubt in the lean is e/h as of
 /// `compensate_section`. Where no two others were measured beside a place, though there are more, or they do not
-/// agree on the lean, the movement is that of the one, or goes over from that of the places on either side; its doubt
-/// is then the largest error that the 2-D offset is known to have in the section.
-/// `sections` in any order, of several at one height the first. Errors: fit_not_evaluable (no other section was
-/// measured beside any place, ball radius not above 0, the section's own).
+/// agree on the lean, the movement goes over from that of the places on either side; its doubt is then the largest
+/// error that the 2-D offset is known to have in the section. `sections` in any order, of several at one height the
+/// first. Errors: fit_not_evaluable (no other section was measured beside any place, ball radius not above 0, the
+/// section's own).
 core::Result<SurfaceSection> compensate_by_sections(std::span<const SectionInPlane> sections, std::size_t own,
                                                     const SectionOptions& options);
 

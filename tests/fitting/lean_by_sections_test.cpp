@@ -126,8 +126,8 @@ TEST(LeanBySections, PartsOfBladesAreNearTheTruth) {
                       << errors.edges.text() << '\n';
             const bool fan = family == families::Family::fan;
             EXPECT_GT(errors.sure, fan ? 0.8 : 0.93);
-            EXPECT_LT(errors.sides.rms_um(), fan ? 2.5 : 0.4);
-            EXPECT_LT(errors.sides.rms_um(), 0.15 * errors.flat.rms_um());
+            EXPECT_LT(errors.sides.rms_um(), fan ? 0.25 * errors.flat.rms_um() : 0.4);
+            EXPECT_LT(errors.sides.largest_um, (fan ? 0.9 : 0.3) * errors.flat.largest_um);
             EXPECT_LT(errors.sides.outside_share(), 0.06);
             EXPECT_LT(errors.edges.rms_um(), 0.6);
             EXPECT_LT(errors.edges.outside_share(), 0.07);
