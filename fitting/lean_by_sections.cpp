@@ -221,12 +221,12 @@ class LeanBySections {
         std::vector<std::size_t> spoken_for;
         std::size_t kept = 0;
         for (std::size_t k = 1; k < cuts.size(); ++k) {
-            const bool together = cuts[kept] && cuts[k] && stations[k].t - stations[kept].t < together_mm;
-            std::size_t left = kept;
+            if (!cuts[kept] || !cuts[k] || stations[k].t - stations[kept].t >= together_mm) {
+                kept = k;
+                continue;
+            }
             const bool better = stations[k].lean_doubt_mm < stations[kept].lean_doubt_mm;
-            if (together && !better) left = k;
-            if (!together || better) kept = k;
-            if (!together) continue;
+            const std::size_t left = better ? std::exchange(kept, k) : k;
             const double t = std::exchange(stations[left].t, stations[kept].t);
             stations[left] = stations[kept];
             stations[left].t = t;

@@ -20,6 +20,29 @@ std::vector<double> numbers_of(const SectionFit& fit) {
     return all;
 }
 
+/// What the contour does not need is left for later: it stays as it is to the last bit.
+TEST(SectionSteps, EdgesThatTheContourDoesNotNeedAreMadeAfterIt) {
+    for (const auto family : families::all_families) {
+        const auto scan = families::scan(families::make(family, 1), {.points = 2000, .seed = 1}).points;
+        auto fit = fit_contour(scan, {}, {});
+        ASSERT_TRUE(fit) << fit.error().text();
+        ASSERT_TRUE(fit->open_edges);
+        EXPECT_EQ(fit->le.radius_mm, 0.0);
+        EXPECT_EQ(fit->te.radius_mm, 0.0);
+        const auto contour = fit->contour;
+        fit_edges(*fit);
+        EXPECT_FALSE(fit->open_edges);
+        EXPECT_TRUE(fit->le.valid) << fit->le.why;
+        EXPECT_TRUE(fit->te.valid) << fit->te.why;
+        EXPECT_FALSE(fit->le.used_in_contour || fit->te.used_in_contour);
+        for (std::size_t i = 0; i < contour.size(); ++i)
+            ASSERT_EQ(contour[i].position_mm, fit->contour[i].position_mm);
+        const auto whole = fit_section(scan, {}, {});
+        ASSERT_TRUE(whole);
+        EXPECT_EQ(numbers_of(*whole), numbers_of(*fit));
+    }
+}
+
 /// The same sections fitted one after the other, again, and by two threads at once: equal to the last bit.
 TEST(SectionThreads, FitsAreTheSameFromRunToRunAndBesideOthers) {
     std::vector<std::vector<Eigen::Vector2d>> scans;
