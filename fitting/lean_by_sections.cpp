@@ -10,19 +10,19 @@
 #include <vector>
 
 #include "fitting/closest_point.hpp"
+#include "fitting/slope_forecast.hpp"
 
 namespace cmm::fitting {
 namespace {
 
-constexpr std::size_t most_met = 4;
-constexpr double less_from_one_side = 2.0;  // so much less is a slope known where all neighbours lie above, or below
-constexpr double least_facing = 0.5;        // cosine between the normals of sections side by side
-constexpr double steepest_way = 3.0;        // slope to a neighbour
-constexpr double most_doubt_rad = 0.03;     // of the lean
-constexpr double flattest_radii = 8.0;      // of the ball
-constexpr double together_radii = 0.05;     // of the ball: breaks so near to each other
-constexpr double most_radii = 4.0;          // of the ball: a curve less sharp lies on its tangent
-constexpr std::size_t breaks_beside = 2;    // whose doubts count
+constexpr std::size_t most_met = SlopeForecast::most_others;
+constexpr double least_facing = 0.5;      // cosine between the normals of sections side by side
+constexpr double steepest_way = 3.0;      // slope to a neighbour
+constexpr double most_doubt_rad = 0.03;   // of the lean
+constexpr double flattest_radii = 8.0;    // of the ball
+constexpr double together_radii = 0.05;   // of the ball: breaks so near to each other
+constexpr double most_radii = 4.0;        // of the ball: a curve less sharp lies on its tangent
+constexpr std::size_t breaks_beside = 2;  // whose doubts count
 constexpr int newton_steps = 12;
 constexpr double met_mm = 1e-9;
 
@@ -75,21 +75,13 @@ class OffsetOverHeight {
         return out;
     }
 
-    /// Of the slope at the own place: by how far the polynomial through the others misses it. Infinite with one.
+    /// Of the slope at the own place: by how far the polynomial through the others misses it.
     double slope_error() const {
-        if (count_ < 2) return std::numeric_limits<double>::infinity();
-        double forecast = 0.0, nearest = std::numeric_limits<double>::infinity();
-        bool above = false, below = false;
-        for (std::size_t i = 0; i < count_; ++i) {
-            double weight = 1.0;  // Lagrange's
-            for (std::size_t j = 0; j < count_; ++j)
-                if (j != i) weight *= height_[j] / (height_[j] - height_[i]);
-            forecast += weight * offset_[i];
-            nearest = std::min(nearest, std::abs(height_[i]));
-            above = above || height_[i] > 0.0;
-            below = below || height_[i] < 0.0;
-        }
-        return std::abs(forecast) / (above && below ? nearest : nearest / less_from_one_side);
+        const SlopeForecast slope({height_.data(), count_});
+        double forecast = 0.0;
+        for (std::size_t i = 0; i < count_; ++i)
+            forecast += slope.weight(i) * offset_[i];
+        return slope.slope_error(forecast);
     }
 
   private:

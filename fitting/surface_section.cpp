@@ -8,13 +8,12 @@
 
 #include "fitting/closed_curve.hpp"
 #include "fitting/section_mover.hpp"
+#include "fitting/slope_forecast.hpp"
 #include "fitting/surface_cut.hpp"
 
 namespace cmm::fitting {
 namespace {
 
-constexpr std::size_t most_neighbours = 4;
-constexpr double one_sided = 2.0;  // so much less is a slope known where all neighbours lie above, or below
 constexpr std::size_t parts_of_a_span = 8;
 constexpr std::size_t looked_ahead = 48;
 constexpr double section_window_share = 0.04;  // of the curve's breaks, to either side
@@ -28,34 +27,34 @@ class NeighbourForecast {
     /// Of the section at z with the curve of ball centres `own`. `u`: the places that will be asked for.
     NeighbourForecast(const SurfaceCompensation& surface, double z, const PiecewiseCubic& own,
                       std::span<const double> u)
-        : off_(u.size(), Vec2::Zero()) {
-        const auto rows = surface.rows();
-        std::vector<std::size_t> others;
-        for (std::size_t k = 0; k < rows.size(); ++k)
-            if (rows[k].z_mm() != z) others.push_back(k);
-        std::sort(others.begin(), others.end(), [&](std::size_t a, std::size_t b) {
-            return std::abs(rows[a].z_mm() - z) < std::abs(rows[b].z_mm() - z);
-        });
-        others.resize(std::min(others.size(), most_neighbours));
-        known_ = others.size() > 1;
-        step_ = std::abs(rows[others.front()].z_mm() - z);
-        if (z == rows.front().z_mm() || z == rows.back().z_mm()) step_ /= one_sided;
+        : others_(nearest_others(surface.rows(), z)), slope_(heights(others_, z)), off_(u.size(), Vec2::Zero()) {
         add(surface, z, own, u, -1.0);
-        for (const std::size_t k : others) {
-            double weight = 1.0;  // Lagrange's
-            for (const std::size_t other : others)
-                if (other != k) weight *= (z - rows[other].z_mm()) / (rows[k].z_mm() - rows[other].z_mm());
-            add(surface, rows[k].z_mm(), rows[k].smooth().curve, u, weight);
-        }
+        for (std::size_t k = 0; k < others_.size(); ++k)
+            add(surface, others_[k]->z_mm(), others_[k]->smooth().curve, u, slope_.weight(k));
     }
 
-    /// Of the slope of the column at place i, across the unit normal in the plane, as an angle; infinite (nothing is
-    /// known) with a single neighbour.
-    double slope_error(std::size_t i, const Vec2& outward) const {
-        return known_ ? std::abs(off_[i].dot(outward)) / step_ : std::numeric_limits<double>::infinity();
-    }
+    /// Of the slope of the column at place i, across the unit normal in the plane, as an angle.
+    double slope_error(std::size_t i, const Vec2& outward) const { return slope_.slope_error(off_[i].dot(outward)); }
 
   private:
+    using Others = std::vector<const SurfaceRow*>;
+
+    static Others nearest_others(std::span<const SurfaceRow> rows, double z) {
+        Others others;
+        for (const SurfaceRow& row : rows)
+            if (row.z_mm() != z) others.push_back(&row);
+        std::sort(others.begin(), others.end(), [&](const SurfaceRow* a, const SurfaceRow* b) {
+            return std::abs(a->z_mm() - z) < std::abs(b->z_mm() - z);
+        });
+        others.resize(std::min(others.size(), SlopeForecast::most_others));
+        return others;
+    }
+    static std::vector<double> heights(const Others& others, double z) {
+        std::vector<double> out;
+        for (const SurfaceRow* other : others)
+            out.push_back(other->z_mm() - z);
+        return out;
+    }
     /// The section's own points beside those of the surface.
     void add(const SurfaceCompensation& surface, double z, const PiecewiseCubic& own, std::span<const double> u,
              double weight) {
@@ -68,9 +67,9 @@ class NeighbourForecast {
             off_[i] += weight * feet[i].foot;
     }
 
+    Others others_;
+    SlopeForecast slope_;
     std::vector<Vec2> off_;
-    double step_ = 0.0;
-    bool known_ = false;
 };
 
 /// The root of the mean square over a window of a closed sequence.
