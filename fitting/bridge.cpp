@@ -5,6 +5,8 @@
 #include <cmath>
 #include <optional>
 
+#include "fitting/circle_frame.hpp"
+#include "fitting/orthogonal_polynomials.hpp"
 #include "fitting/spline_residual.hpp"
 #include "fitting/statistics.hpp"
 
@@ -15,8 +17,7 @@ constexpr std::size_t most_points = 2 * Neighbours::most;
 constexpr std::size_t both_sides = 6;  // points a side of a joint fit
 constexpr std::size_t short_side = 3;  // where the longer ones hold a corner
 constexpr std::size_t highest_degree = 6, highest_short_degree = 3, highest_side_degree = 4, lowest_degree = 2;
-constexpr double widest_half_angle = 0.6;  // tan(theta/2) from the middle of the frame: 62 degrees
-constexpr double sharp_sd = 1.9;           // in sigmas: so near do both sides together predict a point
+constexpr double sharp_sd = 1.9;  // in sigmas: so near do both sides together predict a point
 constexpr double supporting_ratio = 3.0, contradicting_ratio = 4.0, reject_ratio = 5.0;  // of standard deviations
 constexpr double doubt_factor = 3.0;
 constexpr double supporting_sd = 2.0;  // in sigmas
@@ -25,58 +26,20 @@ constexpr double beside = 1.6;          // steps
 constexpr double meeting_factor = 4.0;  // likewise
 constexpr double most_leverage = 30.0;  // of one side's extrapolation: beyond, it is no witness
 
-/// 99.9 % limits of chi-square by degrees of freedom.
-const std::array<double, most_points>& chi_square_limits() {
-    static const auto limits = [] {
-        std::array<double, most_points> out{};
-        for (std::size_t n = 1; n < out.size(); ++n)
-            out[n] = chi_square_limit(static_cast<double>(n), 3.09);
-        return out;
-    }();
-    return limits;
-}
-
-/// Coordinates along (u) and across (y, positive to the right) the circle through three points.
-class CircleFrame {
-  public:
-    CircleFrame(const Vec2& a, const Vec2& b, const Vec2& c) : origin_(b) {
-        const Vec2 ab = b - a, bc = c - b;
-        const double lab = ab.norm(), product = lab * bc.norm() * (c - a).norm();
-        curvature_ = product > 0.0 ? 2.0 * cross(ab, bc) / product : 0.0;
-        const double sine = std::clamp(0.5 * curvature_ * lab, -0.9, 0.9), cosine = std::sqrt(1.0 - sine * sine);
-        const Vec2 unit = lab > 0.0 ? Vec2(ab / lab) : Vec2(Vec2::UnitX());
-        along_ = cosine * unit - sine * right_normal(unit);
-    }
-
-    /// u = 2 R tan(angle/2), y = distance from the circle; written so that R = 1/curvature may be infinite.
-    Vec2 local(const Vec2& p) const {
-        const Vec2 d = p - origin_;
-        const double x = d.dot(along_), left = cross(along_, d), k = curvature_;
-        const double c = 1.0 - k * left, r = std::sqrt(k * k * x * x + c * c);
-        return {2.0 * x / std::max(c + r, 1e-9), (k * (x * x + left * left) - 2.0 * left) / (1.0 + r)};
-    }
-    double curvature() const { return curvature_; }
-
-  private:
-    Vec2 origin_, along_;
-    double curvature_ = 0.0;
-};
-
 struct Prediction {
     double residual = 0.0, sd = 0.0;  // of a point from the polynomial; of that difference for a good point
     double leverage = 0.0;
     double ratio() const { return std::abs(residual) / sd; }
 };
 
-/// The polynomial of least squares through points of a CircleFrame, by Forsythe's recurrence
-/// P_{j+1} = (x - a_j) P_j - b_j P_{j-1}, orthogonal on the points.
+/// The polynomial of least squares through points of a CircleFrame.
 class Polynomial {
   public:
     explicit Polynomial(const CircleFrame& frame) : frame_(frame) {}
 
     void add(const Vec2& p) {
         const Vec2 q = frame_.local(p);
-        if (std::abs(q.x() * frame_.curvature()) > 2.0 * widest_half_angle) return;
+        if (frame_.is_far(q.x())) return;
         x_[count_] = q.x();
         y_[count_++] = q.y();
     }
@@ -88,94 +51,56 @@ class Polynomial {
         term_limit_ = term_factor * term_factor * sigma * sigma;
         if (count_ < lowest_degree + 2) return false;
         variance_ = sigma * sigma;
-        begin();
+        terms_.begin(std::span(x_).first(count_));
+        take_term();
         most_degree = std::min(most_degree, count_ - 2);
         const std::size_t top = std::min(count_ - 1, most_degree + 2);
-        for (known_ = 0; known_ <= top; ++known_) {
-            if (known_ > 0 && !raise()) break;
-            if (known_ >= lowest_degree + 2 && accepts(known_ - 2)) return true;
+        bool told = true;
+        while (terms_.degree() < top && (told = terms_.raise())) {
+            take_term();
+            if (terms_.degree() >= lowest_degree + 2 && accepts(terms_.degree() - 2)) return true;
         }
-        known_ = std::min(known_, top);
-        for (degree_ = known_ - 1; degree_ + 2 > known_; --degree_)
-            if (degree_ >= lowest_degree && degree_ <= most_degree && like_noise(degree_)) return true;
-        return false;
+        degree_ = told ? terms_.degree() - 1 : terms_.degree();
+        return degree_ >= lowest_degree && degree_ <= most_degree && like_noise(degree_);
     }
 
     /// `doubted` terms beyond the degree count as error of the model as far as they are larger than their noise.
     Prediction predict(const Vec2& p, std::size_t doubted) const {
         const Vec2 q = frame_.local(p);
-        const double at = (q.x() - middle_) / half_;
-        double now = 1.0, before = 0.0, value = 0.0, model = 0.0;
+        double value = 0.0, model = 0.0;
         Prediction out;
-        for (std::size_t j = 0; j <= std::min(known_, degree_ + doubted); ++j) {
-            if (j > 0) {
-                const double next = (at - a_[j - 1]) * now - b_[j - 1] * before;
-                before = now;
-                now = next;
-            }
-            const double term = c_[j] * now, share = now * now / norm_[j];
+        terms_.at(q.x(), std::min(terms_.degree(), degree_ + doubted), [&](std::size_t j, double of_term) {
+            const double term = c_[j] * of_term, share = of_term * of_term / terms_.norm_of(j);
             if (j <= degree_) {
                 value += term;
                 out.leverage += share;
             } else {
                 model += std::max(0.0, term * term - variance_ * share);
             }
-        }
+        });
         out.residual = q.y() - value;
         out.sd = std::sqrt(variance_ * (1.0 + out.leverage) + model);
         return out;
     }
 
   private:
-    void begin() {
-        const auto [low, high] = std::minmax_element(x_.begin(), x_.begin() + count_);
-        middle_ = 0.5 * (*low + *high);
-        half_ = std::max(0.5 * (*high - *low), 1e-12);
-        const double scale = 1.0 / half_, middle = middle_;
-        for (std::size_t i = 0; i < count_; ++i) {
-            x_[i] = (x_[i] - middle) * scale;
-            now_[i] = 1.0;
-            before_[i] = 0.0;
-        }
-        norm_[0] = static_cast<double>(count_);
-        known_ = 0;
-        take_term();
-    }
-
-    bool raise() {
-        const std::size_t j = known_ - 1;
-        const double a = a_[j] = centre_ / norm_[j], b = b_[j] = j > 0 ? norm_[j] / norm_[j - 1] : 0.0;
-        double norm = 0.0;
-        for (std::size_t i = 0; i < count_; ++i) {
-            const double next = (x_[i] - a) * now_[i] - b * before_[i];
-            before_[i] = now_[i];
-            now_[i] = next;
-            norm += next * next;
-        }
-        if (!(norm > 1e-20)) return false;
-        norm_[known_] = norm;
-        take_term();
-        return true;
-    }
-
     void take_term() {
+        const auto& now = terms_.values();
+        const std::size_t degree = terms_.degree();
         double moment = 0.0, squares = 0.0;
-        centre_ = 0.0;
+        for (std::size_t i = 0; i < count_; ++i)
+            moment += now[i] * y_[i];
+        const double c = c_[degree] = moment / terms_.norm();
         for (std::size_t i = 0; i < count_; ++i) {
-            moment += now_[i] * y_[i];
-            centre_ += x_[i] * now_[i] * now_[i];
-        }
-        const double c = c_[known_] = moment / norm_[known_];
-        for (std::size_t i = 0; i < count_; ++i) {
-            y_[i] -= c * now_[i];
+            y_[i] -= c * now[i];
             squares += y_[i] * y_[i];
         }
-        squares_[known_] = squares;
-        real_[known_] = moment * c > term_limit_;
+        squares_[degree] = squares;
+        real_[degree] = moment * c > term_limit_;
     }
 
     bool like_noise(std::size_t degree) const {
-        return squares_[degree] <= variance_ * chi_square_limits()[count_ - degree - 1];
+        return squares_[degree] <= variance_ * chi_square_limit_999(count_ - degree - 1);
     }
 
     bool accepts(std::size_t degree) {
@@ -184,11 +109,12 @@ class Polynomial {
     }
 
     CircleFrame frame_;
-    std::array<double, most_points> x_{}, y_{}, now_{}, before_{};  // y becomes the residual
-    std::array<double, highest_degree + 3> a_{}, b_{}, c_{}, norm_{}, squares_{};
+    OrthogonalPolynomials<most_points, highest_degree + 2> terms_;
+    std::array<double, most_points> x_{}, y_{};  // y becomes the residual
+    std::array<double, highest_degree + 3> c_{}, squares_{};
     std::array<bool, highest_degree + 3> real_{};
-    std::size_t count_ = 0, known_ = 0, degree_ = 0;
-    double middle_ = 0.0, half_ = 1.0, centre_ = 0.0, variance_ = 0.0, term_limit_ = 0.0;
+    std::size_t count_ = 0, degree_ = 0;
+    double variance_ = 0.0, term_limit_ = 0.0;
 };
 
 using Side = std::array<Vec2, Neighbours::most>;

@@ -7,6 +7,7 @@
 
 #include "fitting/chain_state.hpp"
 #include "fitting/excused_runs.hpp"
+#include "fitting/lifted_runs.hpp"
 #include "fitting/stretch_search.hpp"
 #include "fitting/swapped_runs.hpp"
 
@@ -25,6 +26,7 @@ class Finder {
 
     BadPoints run() {
         test_all();
+        if (convict_lifted_runs(chain_)) chain_.estimate_scatter();
         // What is found makes the scatter smaller, and more stands out.
         for (int round = 0; round < most_accusations && accuse(); ++round) {
             for (const auto& [low, high] : stretches_) {

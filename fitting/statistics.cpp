@@ -106,6 +106,16 @@ double chi_square_limit(double freedom, double z) {
     return freedom * root * root * root;
 }
 
+double chi_square_limit_999(std::size_t freedom) {
+    static const auto limits = [] {
+        std::array<double, 32> out{};
+        for (std::size_t n = 1; n < out.size(); ++n)
+            out[n] = chi_square_limit(static_cast<double>(n), normal_999);
+        return out;
+    }();
+    return limits[freedom];
+}
+
 Noise combined_noise(double squares, double freedom, const Noise& known) {
     const Noise own{std::sqrt(squares / freedom), freedom};
     if (!(known.freedom > 0.0) || !(known.sigma_mm > 0.0)) return own;

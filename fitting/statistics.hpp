@@ -35,6 +35,9 @@ double upper_deviate_of_largest(double risk, double count);
 /// deviate `z`: Wilson and Hilferty 1931, within 1 % at 0.1 % from 10 degrees of freedom on.
 double chi_square_limit(double freedom, double z);
 
+/// Likewise with the probability 0.001, from a table; up to 31 degrees of freedom.
+double chi_square_limit_999(std::size_t freedom);
+
 /// The noise of a fit whose orthogonal residuals have the sum of squares `squares` over `freedom` degrees of freedom,
 /// given what was known before: both estimates pooled, or the residuals alone where they are larger than the earlier
 /// knowledge allows with probability 0.999 (then they hold form error, too).

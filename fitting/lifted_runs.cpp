@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/lifted_runs.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "fitting/circle_frame.hpp"
+#include "fitting/orthogonal_polynomials.hpp"
+#include "fitting/statistics.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+constexpr auto longest = static_cast<std::ptrdiff_t>(longest_bad_run);
+constexpr std::ptrdiff_t farthest_flank = 24;  // points passed over to fill a flank
+constexpr std::size_t most_flank = 12, flank = 6, shortest_flank = 4;
+constexpr std::size_t highest_degree = 6, short_degree = 3;
+constexpr std::size_t fewest_numbers = 3;  // of a polynomial with a lift
+constexpr double least_contrast = 7.0;     // in sigmas: of the four-neighbour test at the run's ends; 2.6 deviations
+constexpr double least_gain = 18.0;        // of the criterion: a probability of 8 000 to one
+constexpr double least_lift = 5.0;         // in standard deviations, its own and a point's
+constexpr double same_without = 0.5;       // of the lift, when the points next to the run are not heard
+constexpr double nearly_as_much = 0.6;     // of the contrast
+constexpr std::ptrdiff_t beside = 4;       // points from one run to another
+
+struct Run {
+    std::ptrdiff_t first = 0, length = 0;
+    double gain = 0.0, lift_mm = 0.0;
+};
+
+struct Flanks {
+    std::size_t points;       ///< a side
+    std::ptrdiff_t left_out;  ///< next to the run, a side
+    std::size_t most_degree;
+};
+
+/// A run among good points to either side of it, in the frame of these.
+class RunAmongOthers {
+  public:
+    RunAmongOthers(ChainState& chain, const Run& run, const Flanks& flanks)
+        : flanks_(flanks), side_(flanks.points), length_(static_cast<std::size_t>(run.length)) {
+        std::array<Vec2, most_flank> before, after;
+        const std::ptrdiff_t low = collect(chain, run.first - 1 - flanks.left_out, -1, before);
+        const std::ptrdiff_t high = collect(chain, run.first + run.length + flanks.left_out, 1, after);
+        if (low == ChainState::none || high == ChainState::none || high - low >= chain.size()) return;
+        for (const std::ptrdiff_t by : {-longest, std::ptrdiff_t{0}, longest})
+            if (chain.exists(run.first + by)) sigma_ = std::max(sigma_, chain.sigma_at(run.first + by));
+        const CircleFrame frame(before[side_ - 1], before[0], after[side_ - 1]);
+        for (std::size_t k = side_; k-- > 0;)
+            add(frame, before[k]);
+        for (std::ptrdiff_t i = run.first; i < run.first + run.length; ++i)
+            add(frame, chain.point(i));
+        for (std::size_t k = 0; k < side_; ++k)
+            add(frame, after[k]);
+        if (!far_) compare(flanks.most_degree);
+    }
+
+    /// Of the run off the others, where a polynomial through these leaves residuals like noise; otherwise 0.
+    double lift_mm() const { return lift_; }
+    /// Of the lift and of a point: the larger.
+    double sd_mm() const { return sd_; }
+    /// Of the criterion, against the best curve without a lift.
+    double gain() const { return lift_ != 0.0 ? plain_ - lifted_ : 0.0; }
+    /// No lift explains so much better than the best curve without one.
+    bool is_plain() const { return plain_ <= least_gain + price(fewest_numbers); }
+
+    /// The best curve without a lift may also be one whose curvature jumps near the run.
+    void allow_jumps() {
+        for (std::size_t gap = side_ - 2; gap < side_ + length_ + 2; ++gap)
+            for (const double share : {0.0, 0.5})
+                allow_jump(x_[gap] + share * (x_[gap + 1] - x_[gap]));
+    }
+
+  private:
+    static constexpr std::size_t most_points = 2 * most_flank + longest_bad_run;
+    using Values = std::array<double, most_points>;
+
+    /// The last point of the flank; none where there are not enough.
+    std::ptrdiff_t collect(ChainState& chain, std::ptrdiff_t from, std::ptrdiff_t step,
+                           std::array<Vec2, most_flank>& points) const {
+        std::size_t count = 0;
+        for (std::ptrdiff_t at = from; std::abs(at - from) < farthest_flank && chain.exists(at); at += step) {
+            if (chain.state(at) == PointState::bad) continue;
+            points[count++] = chain.point(at);
+            if (count == side_) return at;
+        }
+        return ChainState::none;
+    }
+
+    void add(const CircleFrame& frame, const Vec2& p) {
+        const Vec2 q = frame.local(p);
+        far_ = far_ || frame.is_far(q.x());
+        x_[count_] = q.x();
+        y_[count_++] = q.y();
+    }
+
+    double price(std::size_t numbers) const {
+        return static_cast<double>(numbers) * std::log(static_cast<double>(count_));
+    }
+
+    /// Polynomials without the lift, and the simplest one that holds with it.
+    void compare(std::size_t most_degree) {
+        const double variance = sigma_ * sigma_;
+        Values run{};  // what no polynomial has of the lift
+        std::fill_n(run.begin() + static_cast<std::ptrdiff_t>(side_), length_, 1.0);
+        OrthogonalPolynomials<most_points, highest_degree> terms;
+        terms.begin(std::span(x_).first(count_));
+        do {
+            const std::size_t degree = terms.degree();
+            take_off(terms.values(), terms.norm(), y_);
+            take_off(terms.values(), terms.norm(), run);
+            const double squares = dot(y_, y_);
+            terms_[degree] = terms.values();
+            norm_[degree] = terms.norm();
+            left_[degree] = y_;
+            squares_[degree] = squares;
+            degrees_ = degree + 1;
+            if (degree == 0) continue;
+            plain_ = std::min(plain_, squares / variance + price(degree + 1));
+            if (flanks_.left_out == 0 && is_plain()) return;
+            const double unexplained = dot(run, run), along = dot(run, y_);
+            if (lift_ != 0.0 || unexplained < least_unexplained) continue;
+            const double with = squares - along * along / unexplained;
+            if (with > variance * chi_square_limit_999(count_ - degree - 2)) continue;
+            lifted_ = with / variance + price(degree + 2);
+            lift_ = along / unexplained;
+            sd_ = sigma_ * std::max(1.0, 1.0 / std::sqrt(unexplained));
+        } while (terms.degree() < most_degree && terms.raise());
+    }
+
+    void allow_jump(double at) {
+        Values jump{};
+        for (std::size_t i = 0; i < count_; ++i)
+            jump[i] = x_[i] > at ? (x_[i] - at) * (x_[i] - at) : 0.0;
+        for (std::size_t degree = 0; degree < degrees_; ++degree) {
+            take_off(terms_[degree], norm_[degree], jump);
+            const double unexplained = dot(jump, jump), along = dot(jump, left_[degree]);
+            if (degree == 0 || !(unexplained > 0.0)) continue;
+            plain_ = std::min(plain_,
+                              (squares_[degree] - along * along / unexplained) / (sigma_ * sigma_) + price(degree + 3));
+        }
+    }
+
+    double dot(const Values& a, const Values& b) const {
+        double sum = 0.0;
+        for (std::size_t i = 0; i < count_; ++i)
+            sum += a[i] * b[i];
+        return sum;
+    }
+    void take_off(const Values& term, double norm, Values& from) const {
+        const double c = dot(term, from) / norm;
+        for (std::size_t i = 0; i < count_; ++i)
+            from[i] -= c * term[i];
+    }
+
+    static constexpr double least_unexplained = 1e-6;
+
+    Flanks flanks_;
+    std::size_t side_, length_, count_ = 0, degrees_ = 0;
+    bool far_ = false;
+    double sigma_ = 0.0, plain_ = HUGE_VAL, lifted_ = HUGE_VAL, lift_ = 0.0, sd_ = 0.0;
+    Values x_{}, y_{};
+    std::array<Values, highest_degree + 1> terms_, left_;  // of each degree: at the points, and what it leaves
+    std::array<double, highest_degree + 1> norm_{}, squares_{};
+};
+
+class LiftedRuns {
+  public:
+    explicit LiftedRuns(ChainState& chain)
+        : chain_(chain), fails_(static_cast<std::size_t>(chain.size() * longest), 0) {}
+
+    /// Those that show most go first, and what they leave is looked at anew.
+    bool convict() {
+        for (std::ptrdiff_t first = 0; first < chain_.size(); ++first)
+            for (std::ptrdiff_t length = 1; length <= longest; ++length)
+                if (const double contrast = contrast_of(first, length); contrast > 0.0)
+                    open_.push_back({first, length, contrast});
+        std::sort(open_.begin(), open_.end(), [](const Candidate& a, const Candidate& b) {
+            if (a.contrast != b.contrast) return a.contrast > b.contrast;
+            return a.first != b.first ? a.first < b.first : a.length < b.length;
+        });
+        bool any = false;
+        for (const Candidate& candidate : open_)
+            for (std::ptrdiff_t runs = 0; runs < longest && convict_beside(candidate); ++runs)
+                any = true;
+        return any;
+    }
+
+  private:
+    struct Candidate {
+        std::ptrdiff_t first, length;
+        double contrast;
+    };
+
+    /// Of the runs beside a candidate that show nearly as much as it does now, the surest, if it is bad.
+    bool convict_beside(const Candidate& candidate) {
+        const double enough = nearly_as_much * contrast_of(candidate.first, candidate.length);
+        if (!(enough > 0.0) || fails_[slot(candidate.first, candidate.length)] != 0) return false;
+        Run surest{0, 0, least_gain, 0.0};
+        for (std::ptrdiff_t first = candidate.first - beside; first <= candidate.first + candidate.length; ++first)
+            for (std::ptrdiff_t length = 1; length <= longest; ++length) {
+                if (contrast_of(first, length) < enough) continue;
+                char& known = fails_[slot(first, length)];
+                if (known != 0) continue;
+                const Run run = look_at({first, length});
+                known = run.gain > least_gain ? 0 : 1;
+                if (run.gain > surest.gain) surest = run;
+            }
+        if (surest.length == 0) return false;
+        for (std::ptrdiff_t i = surest.first; i < surest.first + surest.length; ++i)
+            chain_.note(i, PointState::bad, {surest.lift_mm, chain_.sigma_at(i), true, true, false});
+        const std::ptrdiff_t by = 3 * chain_.stride(surest.first);
+        chain_.test(surest.first - by, surest.first + surest.length + by);
+        for (std::ptrdiff_t first = surest.first - farthest_flank; first <= surest.first + farthest_flank; ++first)
+            for (std::ptrdiff_t length = 1; length <= longest; ++length)
+                fails_[slot(first, length)] = 0;
+        return true;
+    }
+
+    /// A lift shows at the ends of the run: the points on either side of each end are off their neighbours' cubic in
+    /// opposite senses. In sigmas; 0 where it is not enough, or not all are good.
+    double contrast_of(std::ptrdiff_t first, std::ptrdiff_t length) const {
+        const std::ptrdiff_t before = first - 1, last = first + length - 1, after = first + length;
+        if (!chain_.exists(before) || !chain_.exists(after)) return 0.0;
+        const auto off = [&](std::ptrdiff_t i) { return std::copysign(chain_.ratio(i), chain_.residual(i)); };
+        const double contrast = std::abs(off(first) - off(before) + off(last) - off(after)) / chain_.sigma_at(first);
+        if (!(contrast > least_contrast)) return 0.0;
+        for (std::ptrdiff_t i = first; i <= last; ++i)
+            if (chain_.state(i) != PointState::good) return 0.0;
+        return contrast;
+    }
+
+    std::size_t slot(std::ptrdiff_t first, std::ptrdiff_t length) const {
+        const std::ptrdiff_t n = chain_.size(), wrapped = (first % n + n) % n;
+        return static_cast<std::size_t>(wrapped * longest + length - 1);
+    }
+
+    /// With its gain; none where it is not bad.
+    Run look_at(Run run) {
+        const std::size_t side = std::min(most_flank, flank * static_cast<std::size_t>(chain_.stride(run.first)));
+        for (const Flanks& flanks :
+             {Flanks{side, 0, highest_degree}, Flanks{std::max(shortest_flank, side / 2), 0, short_degree}}) {
+            RunAmongOthers among(chain_, run, flanks);
+            if (among.is_plain()) break;
+            if (std::abs(among.lift_mm()) < least_lift * among.sd_mm() || among.gain() <= least_gain) continue;
+            among.allow_jumps();
+            if (among.gain() <= least_gain || !is_off_without_the_next(run, side, among.lift_mm())) continue;
+            run.gain = among.gain();
+            run.lift_mm = among.lift_mm();
+            break;
+        }
+        return run;
+    }
+
+    /// Between two bad points good ones look like a run that lies off to the other side.
+    bool is_off_without_the_next(const Run& run, std::size_t side, double lift_mm) {
+        const RunAmongOthers among(chain_, run, {std::max(shortest_flank, side - 1), 1, highest_degree});
+        return among.lift_mm() * std::copysign(1.0, lift_mm) >= same_without * std::abs(lift_mm);
+    }
+
+    ChainState& chain_;
+    std::vector<Candidate> open_;
+    std::vector<char> fails_;  // by run: looked at, and not bad, since nothing changed near it
+};
+
+}  // namespace
+
+bool convict_lifted_runs(ChainState& chain) {
+    return LiftedRuns(chain).convict();
+}
+
+}  // namespace cmm::fitting

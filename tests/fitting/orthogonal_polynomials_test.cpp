@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/orthogonal_polynomials.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "core/rng.hpp"
+#include "fitting/circle_frame.hpp"
+
+namespace cmm::fitting {
+namespace {
+
+using Polynomials = OrthogonalPolynomials<20, 8>;
+
+TEST(OrthogonalPolynomials, AreOrthogonalOnUnevenPlaces) {
+    core::Rng rng(1);
+    std::vector<double> places;
+    for (int i = 0; i < 17; ++i)
+        places.push_back(40.0 + i + rng.uniform(-0.4, 0.4));
+    Polynomials polynomials;
+    polynomials.begin(places);
+    std::vector<std::array<double, 20>> values{polynomials.values()};
+    while (polynomials.degree() < 8 && polynomials.raise())
+        values.push_back(polynomials.values());
+    ASSERT_EQ(values.size(), 9U);
+    for (std::size_t a = 0; a < values.size(); ++a)
+        for (std::size_t b = 0; b <= a; ++b) {
+            double product = 0.0;
+            for (std::size_t i = 0; i < places.size(); ++i)
+                product += values[a][i] * values[b][i];
+            const double norms = std::sqrt(polynomials.norm_of(a) * polynomials.norm_of(b));
+            EXPECT_NEAR(product / norms, a == b ? 1.0 : 0.0, 1e-12) << a << ' ' << b;
+        }
+    // At the places they were made from, and as polynomials of their degree: the ninth differences vanish.
+    for (std::size_t i = 0; i < places.size(); ++i)
+        polynomials.at(places[i], 8,
+                       [&](std::size_t degree, double value) { EXPECT_NEAR(value, values[degree][i], 1e-12); });
+    std::array<double, 10> steps{};
+    for (std::size_t k = 0; k < steps.size(); ++k)
+        polynomials.at(40.0 + 2.0 * static_cast<double>(k), 8, [&](std::size_t degree, double value) {
+            if (degree == 8) steps[k] = value;
+        });
+    double difference = 0.0, binomial = 1.0;
+    for (std::size_t k = 0; k < steps.size(); ++k) {
+        difference += (k % 2 == 0 ? 1.0 : -1.0) * binomial * steps[k];
+        binomial *= static_cast<double>(9 - k) / static_cast<double>(k + 1);
+    }
+    EXPECT_NEAR(difference, 0.0, 1e-9);
+}
+
+TEST(OrthogonalPolynomials, NoDegreeThatThePlacesDoNotTell) {
+    const std::vector<double> places{1.0, 2.0, 2.0, 3.0};  // three different ones
+    Polynomials polynomials;
+    polynomials.begin(places);
+    EXPECT_TRUE(polynomials.raise());
+    EXPECT_TRUE(polynomials.raise());
+    const double norm = polynomials.norm();
+    EXPECT_FALSE(polynomials.raise());
+    EXPECT_EQ(polynomials.degree(), 2U);
+    EXPECT_EQ(polynomials.norm(), norm);
+    const std::vector<double> one{5.0};
+    polynomials.begin(one);
+    EXPECT_FALSE(polynomials.raise());
+}
+
+TEST(CircleFrame, IsStraightAlongACircleOfAnyRadius) {
+    for (const double radius : {0.2, 3.0, 1e5}) {
+        const double angle = std::min(0.3, 1.0 / radius);
+        const auto on = [&](double at, double off) {
+            return Vec2((radius + off) * std::sin(at), radius - (radius + off) * std::cos(at));
+        };
+        const CircleFrame frame(on(-angle, 0.0), on(0.0, 0.0), on(1.2 * angle, 0.0));
+        EXPECT_NEAR(std::abs(frame.curvature()), 1.0 / radius, 1e-9);
+        for (const double at : {-0.9 * angle, 0.0, 0.4 * angle, 1.1 * angle}) {
+            const Vec2 local = frame.local(on(at, 0.0));
+            EXPECT_NEAR(local.x(), 2.0 * radius * std::tan(0.5 * at), 1e-7) << radius;
+            EXPECT_NEAR(local.y(), 0.0, 1e-7) << radius;
+            EXPECT_NEAR(frame.local(on(at, 0.01)).y(), 0.01, 1e-7) << "outside is on the right of the travel";
+        }
+        EXPECT_FALSE(frame.is_far(2.0 * radius * std::tan(0.5)));
+        EXPECT_TRUE(frame.is_far(2.0 * radius * std::tan(0.65)));
+    }
+}
+
+}  // namespace
+}  // namespace cmm::fitting
