@@ -14,21 +14,22 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr auto longest = static_cast<std::ptrdiff_t>(longest_bad_run);
+constexpr auto longest_run = static_cast<std::ptrdiff_t>(longest_bad_run);
 constexpr std::ptrdiff_t farthest_flank = 24;  // points passed over to fill a flank
-constexpr std::size_t most_flank = 12, flank = 6, shortest_flank = 4;
-constexpr std::size_t highest_degree = 6, short_degree = 3;
+constexpr std::size_t most_flank = 12, usual_flank = 6, shortest_flank = 4;
+constexpr std::size_t most_flank_degree = 6, short_flank_degree = 3;
 constexpr std::size_t fewest_numbers = 3;  // of a polynomial with a lift
-constexpr double least_contrast = 7.0;     // in sigmas: of the four-neighbour test at the run's ends; 2.6 deviations
-constexpr double least_gain = 18.0;        // of the criterion: a probability of 8 000 to one
+constexpr double least_contrast = 7.0;     // in sigmas: of the four-neighbour test at the run's ends
+constexpr double gain_of_bad_run = 18.0;   // of the criterion: a probability of 8 000 to one
 constexpr double least_lift = 5.0;         // in standard deviations, its own and a point's
 constexpr double same_without = 0.5;       // of the lift, when the points next to the run are not heard
 constexpr double nearly_as_much = 0.6;     // of the contrast
-constexpr std::ptrdiff_t beside = 4;       // points from one run to another
+constexpr std::ptrdiff_t to_next_run = 4;  // points from one run to another
 
-struct Run {
+struct LiftedRun {
     std::ptrdiff_t first = 0, length = 0;
-    double gain = 0.0, lift_mm = 0.0;
+    double gain = 0.0, sd_mm = 0.0;
+    std::array<double, longest_bad_run> off_mm{};  ///< each of its points
 };
 
 struct Flanks {
@@ -40,13 +41,13 @@ struct Flanks {
 /// A run among good points to either side of it, in the frame of these.
 class RunAmongOthers {
   public:
-    RunAmongOthers(ChainState& chain, const Run& run, const Flanks& flanks)
+    RunAmongOthers(ChainState& chain, const LiftedRun& run, const Flanks& flanks)
         : flanks_(flanks), side_(flanks.points), length_(static_cast<std::size_t>(run.length)) {
         std::array<Vec2, most_flank> before, after;
         const std::ptrdiff_t low = collect(chain, run.first - 1 - flanks.left_out, -1, before);
         const std::ptrdiff_t high = collect(chain, run.first + run.length + flanks.left_out, 1, after);
         if (low == ChainState::none || high == ChainState::none || high - low >= chain.size()) return;
-        for (const std::ptrdiff_t by : {-longest, std::ptrdiff_t{0}, longest})
+        for (const std::ptrdiff_t by : {-longest_run, std::ptrdiff_t{0}, longest_run})
             if (chain.exists(run.first + by)) sigma_ = std::max(sigma_, chain.sigma_at(run.first + by));
         const CircleFrame frame(before[side_ - 1], before[0], after[side_ - 1]);
         for (std::size_t k = side_; k-- > 0;)
@@ -62,10 +63,12 @@ class RunAmongOthers {
     double lift_mm() const { return lift_; }
     /// Of the lift and of a point: the larger.
     double sd_mm() const { return sd_; }
+    /// Of each point of the run off that polynomial.
+    const std::array<double, longest_bad_run>& off_mm() const { return off_; }
     /// Of the criterion, against the best curve without a lift.
     double gain() const { return lift_ != 0.0 ? plain_ - lifted_ : 0.0; }
     /// No lift explains so much better than the best curve without one.
-    bool is_plain() const { return plain_ <= least_gain + price(fewest_numbers); }
+    bool is_plain() const { return plain_ <= gain_of_bad_run + price(fewest_numbers); }
 
     /// The best curve without a lift may also be one whose curvature jumps near the run.
     void allow_jumps() {
@@ -106,7 +109,7 @@ class RunAmongOthers {
         const double variance = sigma_ * sigma_;
         Values run{};  // what no polynomial has of the lift
         std::fill_n(run.begin() + static_cast<std::ptrdiff_t>(side_), length_, 1.0);
-        OrthogonalPolynomials<most_points, highest_degree> terms;
+        OrthogonalPolynomials<most_points, most_flank_degree> terms;
         terms.begin(std::span(x_).first(count_));
         do {
             const std::size_t degree = terms.degree();
@@ -128,6 +131,8 @@ class RunAmongOthers {
             lifted_ = with / variance + price(degree + 2);
             lift_ = along / unexplained;
             sd_ = sigma_ * std::max(1.0, 1.0 / std::sqrt(unexplained));
+            for (std::size_t k = 0; k < length_; ++k)
+                off_[k] = y_[side_ + k] + lift_ * (1.0 - run[side_ + k]);
         } while (terms.degree() < most_degree && terms.raise());
     }
 
@@ -163,19 +168,20 @@ class RunAmongOthers {
     bool far_ = false;
     double sigma_ = 0.0, plain_ = HUGE_VAL, lifted_ = HUGE_VAL, lift_ = 0.0, sd_ = 0.0;
     Values x_{}, y_{};
-    std::array<Values, highest_degree + 1> terms_, left_;  // of each degree: at the points, and what it leaves
-    std::array<double, highest_degree + 1> norm_{}, squares_{};
+    std::array<double, longest_bad_run> off_{};
+    std::array<Values, most_flank_degree + 1> terms_, left_;  // of each degree: at the points, and what it leaves
+    std::array<double, most_flank_degree + 1> norm_{}, squares_{};
 };
 
 class LiftedRuns {
   public:
     explicit LiftedRuns(ChainState& chain)
-        : chain_(chain), fails_(static_cast<std::size_t>(chain.size() * longest), 0) {}
+        : chain_(chain), fails_(static_cast<std::size_t>(chain.size() * longest_run), 0) {}
 
     /// Those that show most go first, and what they leave is looked at anew.
     bool convict() {
         for (std::ptrdiff_t first = 0; first < chain_.size(); ++first)
-            for (std::ptrdiff_t length = 1; length <= longest; ++length)
+            for (std::ptrdiff_t length = 1; length <= longest_run; ++length)
                 if (const double contrast = contrast_of(first, length); contrast > 0.0)
                     open_.push_back({first, length, contrast});
         std::sort(open_.begin(), open_.end(), [](const Candidate& a, const Candidate& b) {
@@ -184,7 +190,7 @@ class LiftedRuns {
         });
         bool any = false;
         for (const Candidate& candidate : open_)
-            for (std::ptrdiff_t runs = 0; runs < longest && convict_beside(candidate); ++runs)
+            for (std::ptrdiff_t runs = 0; runs < longest_run && convict_beside(candidate); ++runs)
                 any = true;
         return any;
     }
@@ -199,23 +205,24 @@ class LiftedRuns {
     bool convict_beside(const Candidate& candidate) {
         const double enough = nearly_as_much * contrast_of(candidate.first, candidate.length);
         if (!(enough > 0.0) || fails_[slot(candidate.first, candidate.length)] != 0) return false;
-        Run surest{0, 0, least_gain, 0.0};
-        for (std::ptrdiff_t first = candidate.first - beside; first <= candidate.first + candidate.length; ++first)
-            for (std::ptrdiff_t length = 1; length <= longest; ++length) {
+        LiftedRun surest{0, 0, gain_of_bad_run};
+        for (std::ptrdiff_t first = candidate.first - to_next_run; first <= candidate.first + candidate.length; ++first)
+            for (std::ptrdiff_t length = 1; length <= longest_run; ++length) {
                 if (contrast_of(first, length) < enough) continue;
                 char& known = fails_[slot(first, length)];
                 if (known != 0) continue;
-                const Run run = look_at({first, length});
-                known = run.gain > least_gain ? 0 : 1;
+                const LiftedRun run = look_at({first, length});
+                known = run.gain > gain_of_bad_run ? 0 : 1;
                 if (run.gain > surest.gain) surest = run;
             }
         if (surest.length == 0) return false;
-        for (std::ptrdiff_t i = surest.first; i < surest.first + surest.length; ++i)
-            chain_.note(i, PointState::bad, {surest.lift_mm, chain_.sigma_at(i), true, true, false});
+        for (std::ptrdiff_t k = 0; k < surest.length; ++k)
+            chain_.note(surest.first + k, PointState::bad,
+                        {surest.off_mm[static_cast<std::size_t>(k)], surest.sd_mm, true, true, false});
         const std::ptrdiff_t by = 3 * chain_.stride(surest.first);
         chain_.test(surest.first - by, surest.first + surest.length + by);
         for (std::ptrdiff_t first = surest.first - farthest_flank; first <= surest.first + farthest_flank; ++first)
-            for (std::ptrdiff_t length = 1; length <= longest; ++length)
+            for (std::ptrdiff_t length = 1; length <= longest_run; ++length)
                 fails_[slot(first, length)] = 0;
         return true;
     }
@@ -235,29 +242,30 @@ class LiftedRuns {
 
     std::size_t slot(std::ptrdiff_t first, std::ptrdiff_t length) const {
         const std::ptrdiff_t n = chain_.size(), wrapped = (first % n + n) % n;
-        return static_cast<std::size_t>(wrapped * longest + length - 1);
+        return static_cast<std::size_t>(wrapped * longest_run + length - 1);
     }
 
     /// With its gain; none where it is not bad.
-    Run look_at(Run run) {
-        const std::size_t side = std::min(most_flank, flank * static_cast<std::size_t>(chain_.stride(run.first)));
+    LiftedRun look_at(LiftedRun run) {
+        const std::size_t side = std::min(most_flank, usual_flank * static_cast<std::size_t>(chain_.stride(run.first)));
         for (const Flanks& flanks :
-             {Flanks{side, 0, highest_degree}, Flanks{std::max(shortest_flank, side / 2), 0, short_degree}}) {
+             {Flanks{side, 0, most_flank_degree}, Flanks{std::max(shortest_flank, side / 2), 0, short_flank_degree}}) {
             RunAmongOthers among(chain_, run, flanks);
             if (among.is_plain()) break;
-            if (std::abs(among.lift_mm()) < least_lift * among.sd_mm() || among.gain() <= least_gain) continue;
+            if (std::abs(among.lift_mm()) < least_lift * among.sd_mm() || among.gain() <= gain_of_bad_run) continue;
             among.allow_jumps();
-            if (among.gain() <= least_gain || !is_off_without_the_next(run, side, among.lift_mm())) continue;
+            if (among.gain() <= gain_of_bad_run || !is_off_without_the_next(run, side, among.lift_mm())) continue;
             run.gain = among.gain();
-            run.lift_mm = among.lift_mm();
+            run.sd_mm = among.sd_mm();
+            run.off_mm = among.off_mm();
             break;
         }
         return run;
     }
 
     /// Between two bad points good ones look like a run that lies off to the other side.
-    bool is_off_without_the_next(const Run& run, std::size_t side, double lift_mm) {
-        const RunAmongOthers among(chain_, run, {std::max(shortest_flank, side - 1), 1, highest_degree});
+    bool is_off_without_the_next(const LiftedRun& run, std::size_t side, double lift_mm) {
+        const RunAmongOthers among(chain_, run, {std::max(shortest_flank, side - 1), 1, most_flank_degree});
         return among.lift_mm() * std::copysign(1.0, lift_mm) >= same_without * std::abs(lift_mm);
     }
 

@@ -19,16 +19,17 @@ namespace {
 namespace families = fitting::families;
 using fitting::RejectReason;
 
-/// A compressor blade of 25 sections: in the fourth one three bad points at the LE's nose pass for its form.
+/// A fan blade of 25 sections: in the fourth one three bad points where the suction side meets the LE pass for its
+/// form.
 struct StraySections : ::testing::Test {
     static constexpr std::size_t stray = 3;
-    families::TwistedBlade blade{families::Family::compressor, 26};
+    families::TwistedBlade blade{families::Family::fan, 28};
     families::BladeRows rows;
     std::deque<SectionSetup> setups;
 
     void SetUp() override {
         families::ScanOptions scanning;
-        scanning.seed = 26;
+        scanning.seed = 28;
         rows = families::scan_rows(blade, 25, 2.0, blade.height() - 2.0, scanning);
         for (std::size_t k = 0; k < rows.rows.size(); ++k) {
             SectionSetup& setup = setups.emplace_back();

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -30,14 +31,18 @@ Points circle(std::size_t count, std::uint64_t seed, const Height& height) {
     return points;
 }
 
-std::vector<char> bad_of(const Points& points, bool closed) {
+BadPoints judged(const Points& points, bool closed) {
     ChainState chain(points, closed, 2e-3);
     chain.test(0, chain.size() - 1);
     chain.estimate_scatter();
     const bool any = convict_lifted_runs(chain);
-    const auto bad = chain.report().bad;
-    EXPECT_EQ(any, std::count(bad.begin(), bad.end(), 1) > 0);
-    return bad;
+    const auto found = chain.report();
+    EXPECT_EQ(any, std::count(found.bad.begin(), found.bad.end(), 1) > 0);
+    return found;
+}
+
+std::vector<char> bad_of(const Points& points, bool closed) {
+    return judged(points, closed).bad;
 }
 
 std::size_t count_bad(const Points& points, bool closed) {
@@ -72,6 +77,23 @@ TEST(LiftedRuns, HardlyAnyInNoise) {
     for (std::uint64_t seed = 0; seed < 100; ++seed)
         lost += count_bad(circle(800, seed, [](std::size_t) { return 0.0; }), true);
     EXPECT_LE(lost, 3U);
+}
+
+/// Its own, off the curve through the good ones.
+TEST(LiftedRuns, EachPointHasItsResidual) {
+    const auto height = [](std::size_t i) { return i < 100 || i > 103 ? 0.0 : i % 2 == 0 ? 0.030 : 0.033; };
+    std::array<double, 4> sum{};
+    std::size_t found_whole = 0;
+    for (std::uint64_t seed = 0; seed < 100; ++seed) {
+        const auto found = judged(circle(800, seed, height), true);
+        if (std::count(found.bad.begin() + 100, found.bad.begin() + 104, 1) < 4) continue;
+        ++found_whole;
+        for (std::size_t k = 0; k < 4; ++k)
+            sum[k] += found.residual[100 + k];
+    }
+    EXPECT_GE(found_whole, 95U);
+    for (std::size_t k = 0; k < 4; ++k)
+        EXPECT_NEAR(sum[k] / static_cast<double>(found_whole), height(100 + k), 0.6e-3) << k;
 }
 
 /// Where an edge's arc of 0.5 mm begins; without a jump allowed to the curve it cost 117 of 300.
