@@ -40,8 +40,8 @@ class Polynomial {
     void add(const Vec2& p) {
         const Vec2 q = frame_.local(p);
         if (frame_.is_far(q.x())) return;
-        x_[count_] = q.x();
-        y_[count_++] = q.y();
+        x_[static_cast<Eigen::Index>(count_)] = q.x();
+        y_[static_cast<Eigen::Index>(count_++)] = q.y();
     }
     std::size_t count() const { return count_; }
 
@@ -51,7 +51,7 @@ class Polynomial {
         term_limit_ = term_factor * term_factor * sigma * sigma;
         if (count_ < lowest_degree + 2) return false;
         variance_ = sigma * sigma;
-        terms_.begin(std::span(x_).first(count_));
+        terms_.begin(x_.head(static_cast<Eigen::Index>(count_)));
         take_term();
         most_degree = std::min(most_degree, count_ - 2);
         const std::size_t top = std::min(count_ - 1, most_degree + 2);
@@ -85,17 +85,13 @@ class Polynomial {
 
   private:
     void take_term() {
-        const auto& now = terms_.values();
         const std::size_t degree = terms_.degree();
-        double moment = 0.0, squares = 0.0;
-        for (std::size_t i = 0; i < count_; ++i)
-            moment += now[i] * y_[i];
-        const double c = c_[degree] = moment / terms_.norm();
-        for (std::size_t i = 0; i < count_; ++i) {
-            y_[i] -= c * now[i];
-            squares += y_[i] * y_[i];
-        }
-        squares_[degree] = squares;
+        const auto& now = terms_.values_of(degree);
+        auto left = y_.head(now.size());
+        const double moment = (now * left).sum(), c = moment / terms_.norm_of(degree);
+        left -= c * now;
+        c_[degree] = c;
+        squares_[degree] = left.square().sum();
         real_[degree] = moment * c > term_limit_;
     }
 
@@ -110,7 +106,7 @@ class Polynomial {
 
     CircleFrame frame_;
     OrthogonalPolynomials<most_points, highest_degree + 2> terms_;
-    std::array<double, most_points> x_{}, y_{};  // y becomes the residual
+    Eigen::Array<double, most_points, 1> x_, y_;  // y becomes the residual
     std::array<double, highest_degree + 3> c_{}, squares_{};
     std::array<bool, highest_degree + 3> real_{};
     std::size_t count_ = 0, degree_ = 0;

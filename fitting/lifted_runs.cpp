@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 #include <vector>
 
 #include "fitting/circle_frame.hpp"
@@ -16,24 +15,27 @@ namespace {
 
 constexpr auto longest_run = static_cast<std::ptrdiff_t>(longest_bad_run);
 constexpr std::ptrdiff_t farthest_flank = 24;  // points passed over to fill a flank
-constexpr std::size_t most_flank = 12, usual_flank = 6, shortest_flank = 4;
+constexpr std::ptrdiff_t most_flank = 12, usual_flank = 6, shortest_flank = 4;
 constexpr std::size_t most_flank_degree = 6, short_flank_degree = 3;
-constexpr std::size_t fewest_numbers = 3;  // of a polynomial with a lift
-constexpr double least_contrast = 7.0;     // in sigmas: of the four-neighbour test at the run's ends
-constexpr double gain_of_bad_run = 18.0;   // of the criterion: a probability of 8 000 to one
-constexpr double least_lift = 5.0;         // in standard deviations, its own and a point's
-constexpr double same_without = 0.5;       // of the lift, when the points next to the run are not heard
-constexpr double nearly_as_much = 0.6;     // of the contrast
-constexpr std::ptrdiff_t to_next_run = 4;  // points from one run to another
+constexpr std::size_t fewest_numbers = 3;       // of a polynomial with a lift
+constexpr double least_contrast = 7.0;          // in sigmas: of the four-neighbour test at the run's ends
+constexpr double least_single_contrast = 12.0;  // a point is among the neighbours of those next to it
+constexpr double gain_of_bad_run = 18.0;        // of the criterion: a probability of 8 000 to one
+constexpr double least_lift = 5.0;              // in standard deviations, its own and a point's
+constexpr double same_without = 0.5;            // of the lift, when the points next to the run are not heard
+constexpr double nearly_as_much = 0.8;          // of the contrast
+constexpr std::ptrdiff_t to_next_run = 4;       // points from one run to another
+
+using RunValues = Eigen::Array<double, longest_run, 1>;
 
 struct LiftedRun {
     std::ptrdiff_t first = 0, length = 0;
     double gain = 0.0, sd_mm = 0.0;
-    std::array<double, longest_bad_run> off_mm{};  ///< each of its points
+    RunValues off_mm = RunValues::Zero();  ///< each of its points
 };
 
 struct Flanks {
-    std::size_t points;       ///< a side
+    std::ptrdiff_t points;    ///< a side
     std::ptrdiff_t left_out;  ///< next to the run, a side
     std::size_t most_degree;
 };
@@ -42,20 +44,24 @@ struct Flanks {
 class RunAmongOthers {
   public:
     RunAmongOthers(ChainState& chain, const LiftedRun& run, const Flanks& flanks)
-        : flanks_(flanks), side_(flanks.points), length_(static_cast<std::size_t>(run.length)) {
+        : flanks_(flanks), side_(flanks.points), length_(run.length) {
         std::array<Vec2, most_flank> before, after;
         const std::ptrdiff_t low = collect(chain, run.first - 1 - flanks.left_out, -1, before);
         const std::ptrdiff_t high = collect(chain, run.first + run.length + flanks.left_out, 1, after);
         if (low == ChainState::none || high == ChainState::none || high - low >= chain.size()) return;
         for (const std::ptrdiff_t by : {-longest_run, std::ptrdiff_t{0}, longest_run})
             if (chain.exists(run.first + by)) sigma_ = std::max(sigma_, chain.sigma_at(run.first + by));
-        const CircleFrame frame(before[side_ - 1], before[0], after[side_ - 1]);
-        for (std::size_t k = side_; k-- > 0;)
-            add(frame, before[k]);
-        for (std::ptrdiff_t i = run.first; i < run.first + run.length; ++i)
-            add(frame, chain.point(i));
-        for (std::size_t k = 0; k < side_; ++k)
-            add(frame, after[k]);
+        const auto last = static_cast<std::size_t>(side_ - 1);
+        const CircleFrame frame(before[last], before[0], after[last]);
+        x_.resize(2 * side_ + length_);
+        y_.resize(x_.size());
+        for (std::ptrdiff_t k = 0; k < side_; ++k) {
+            place(frame, side_ - 1 - k, before[static_cast<std::size_t>(k)]);
+            place(frame, side_ + length_ + k, after[static_cast<std::size_t>(k)]);
+        }
+        for (std::ptrdiff_t k = 0; k < length_; ++k)
+            place(frame, side_ + k, chain.point(run.first + k));
+        price_ = std::log(static_cast<double>(x_.size()));
         if (!far_) compare(flanks.most_degree);
     }
 
@@ -64,7 +70,7 @@ class RunAmongOthers {
     /// Of the lift and of a point: the larger.
     double sd_mm() const { return sd_; }
     /// Of each point of the run off that polynomial.
-    const std::array<double, longest_bad_run>& off_mm() const { return off_; }
+    const RunValues& off_mm() const { return off_; }
     /// Of the criterion, against the best curve without a lift.
     double gain() const { return lift_ != 0.0 ? plain_ - lifted_ : 0.0; }
     /// No lift explains so much better than the best curve without one.
@@ -72,111 +78,101 @@ class RunAmongOthers {
 
     /// The best curve without a lift may also be one whose curvature jumps near the run.
     void allow_jumps() {
-        for (std::size_t gap = side_ - 2; gap < side_ + length_ + 2; ++gap)
+        for (std::ptrdiff_t gap = side_ - 2; gap < side_ + length_ + 2; ++gap)
             for (const double share : {0.0, 0.5})
                 allow_jump(x_[gap] + share * (x_[gap + 1] - x_[gap]));
     }
 
   private:
-    static constexpr std::size_t most_points = 2 * most_flank + longest_bad_run;
-    using Values = std::array<double, most_points>;
+    static constexpr int most_points = 2 * most_flank + longest_run;
+    using Terms = OrthogonalPolynomials<most_points, most_flank_degree>;
+    using Values = Terms::Values;
 
     /// The last point of the flank; none where there are not enough.
     std::ptrdiff_t collect(ChainState& chain, std::ptrdiff_t from, std::ptrdiff_t step,
                            std::array<Vec2, most_flank>& points) const {
-        std::size_t count = 0;
+        std::ptrdiff_t count = 0;
         for (std::ptrdiff_t at = from; std::abs(at - from) < farthest_flank && chain.exists(at); at += step) {
             if (chain.state(at) == PointState::bad) continue;
-            points[count++] = chain.point(at);
+            points[static_cast<std::size_t>(count++)] = chain.point(at);
             if (count == side_) return at;
         }
         return ChainState::none;
     }
 
-    void add(const CircleFrame& frame, const Vec2& p) {
+    void place(const CircleFrame& frame, std::ptrdiff_t k, const Vec2& p) {
         const Vec2 q = frame.local(p);
         far_ = far_ || frame.is_far(q.x());
-        x_[count_] = q.x();
-        y_[count_++] = q.y();
-    }
-
-    double price(std::size_t numbers) const {
-        return static_cast<double>(numbers) * std::log(static_cast<double>(count_));
+        x_[k] = q.x();
+        y_[k] = q.y();
     }
 
     /// Polynomials without the lift, and the simplest one that holds with it.
     void compare(std::size_t most_degree) {
         const double variance = sigma_ * sigma_;
-        Values run{};  // what no polynomial has of the lift
-        std::fill_n(run.begin() + static_cast<std::ptrdiff_t>(side_), length_, 1.0);
-        OrthogonalPolynomials<most_points, most_flank_degree> terms;
-        terms.begin(std::span(x_).first(count_));
+        Values run = Values::Zero(x_.size());  // what no polynomial has of the lift
+        run.segment(side_, length_) = 1.0;
+        terms_.begin(x_);
         do {
-            const std::size_t degree = terms.degree();
-            take_off(terms.values(), terms.norm(), y_);
-            take_off(terms.values(), terms.norm(), run);
-            const double squares = dot(y_, y_);
-            terms_[degree] = terms.values();
-            norm_[degree] = terms.norm();
+            const std::size_t degree = terms_.degree();
+            take_off(degree, y_);
+            take_off(degree, run);
             left_[degree] = y_;
+            const double squares = y_.square().sum();
             squares_[degree] = squares;
-            degrees_ = degree + 1;
             if (degree == 0) continue;
             plain_ = std::min(plain_, squares / variance + price(degree + 1));
             if (flanks_.left_out == 0 && is_plain()) return;
-            const double unexplained = dot(run, run), along = dot(run, y_);
+            const double unexplained = run.square().sum(), along = (run * y_).sum();
             if (lift_ != 0.0 || unexplained < least_unexplained) continue;
             const double with = squares - along * along / unexplained;
-            if (with > variance * chi_square_limit_999(count_ - degree - 2)) continue;
+            if (with > variance * chi_square_limit_999(static_cast<std::size_t>(x_.size()) - degree - 2)) continue;
             lifted_ = with / variance + price(degree + 2);
             lift_ = along / unexplained;
             sd_ = sigma_ * std::max(1.0, 1.0 / std::sqrt(unexplained));
-            for (std::size_t k = 0; k < length_; ++k)
-                off_[k] = y_[side_ + k] + lift_ * (1.0 - run[side_ + k]);
-        } while (terms.degree() < most_degree && terms.raise());
+            off_.head(length_) = y_.segment(side_, length_) + lift_ * (1.0 - run.segment(side_, length_));
+        } while (terms_.degree() < most_degree && terms_.raise());
     }
 
     void allow_jump(double at) {
-        Values jump{};
-        for (std::size_t i = 0; i < count_; ++i)
-            jump[i] = x_[i] > at ? (x_[i] - at) * (x_[i] - at) : 0.0;
-        for (std::size_t degree = 0; degree < degrees_; ++degree) {
-            take_off(terms_[degree], norm_[degree], jump);
-            const double unexplained = dot(jump, jump), along = dot(jump, left_[degree]);
+        Values jump = (x_ - at).max(0.0).square();
+        for (std::size_t degree = 0; degree <= terms_.degree(); ++degree) {
+            take_off(degree, jump);
+            const double unexplained = jump.square().sum(), along = (jump * left_[degree]).sum();
             if (degree == 0 || !(unexplained > 0.0)) continue;
             plain_ = std::min(plain_,
                               (squares_[degree] - along * along / unexplained) / (sigma_ * sigma_) + price(degree + 3));
         }
     }
 
-    double dot(const Values& a, const Values& b) const {
-        double sum = 0.0;
-        for (std::size_t i = 0; i < count_; ++i)
-            sum += a[i] * b[i];
-        return sum;
-    }
-    void take_off(const Values& term, double norm, Values& from) const {
-        const double c = dot(term, from) / norm;
-        for (std::size_t i = 0; i < count_; ++i)
-            from[i] -= c * term[i];
+    double price(std::size_t numbers) const { return static_cast<double>(numbers) * price_; }
+    void take_off(std::size_t degree, Values& from) const {
+        const Values& term = terms_.values_of(degree);
+        from -= (term * from).sum() / terms_.norm_of(degree) * term;
     }
 
     static constexpr double least_unexplained = 1e-6;
 
     Flanks flanks_;
-    std::size_t side_, length_, count_ = 0, degrees_ = 0;
+    std::ptrdiff_t side_, length_;
     bool far_ = false;
     double sigma_ = 0.0, plain_ = HUGE_VAL, lifted_ = HUGE_VAL, lift_ = 0.0, sd_ = 0.0;
-    Values x_{}, y_{};
-    std::array<double, longest_bad_run> off_{};
-    std::array<Values, most_flank_degree + 1> terms_, left_;  // of each degree: at the points, and what it leaves
-    std::array<double, most_flank_degree + 1> norm_{}, squares_{};
+    double price_ = 0.0;  // of a number, by the criterion
+    Values x_, y_;
+    Terms terms_;
+    std::array<Values, most_flank_degree + 1> left_;  // by the polynomials up to each degree, of y
+    std::array<double, most_flank_degree + 1> squares_{};
+    RunValues off_ = RunValues::Zero();
 };
 
 class LiftedRuns {
   public:
     explicit LiftedRuns(ChainState& chain)
-        : chain_(chain), fails_(static_cast<std::size_t>(chain.size() * longest_run), 0) {}
+        : chain_(chain),
+          steps_(static_cast<std::size_t>(chain.size()), 0.0),
+          fails_(static_cast<std::size_t>(chain.size() * longest_run), 0) {
+        take_steps(0, chain.size() - 1);
+    }
 
     /// Those that show most go first, and what they leave is looked at anew.
     bool convict() {
@@ -188,10 +184,12 @@ class LiftedRuns {
             if (a.contrast != b.contrast) return a.contrast > b.contrast;
             return a.first != b.first ? a.first < b.first : a.length < b.length;
         });
-        bool any = false;
         for (const Candidate& candidate : open_)
-            for (std::ptrdiff_t runs = 0; runs < longest_run && convict_beside(candidate); ++runs)
-                any = true;
+            for (std::ptrdiff_t runs = 0; runs < longest_run && convict_beside(candidate);)
+                ++runs;
+        bool any = false;
+        for (const LiftedRun& run : bad_)
+            any = stays_bad(run) || any;
         return any;
     }
 
@@ -216,38 +214,65 @@ class LiftedRuns {
                 if (run.gain > surest.gain) surest = run;
             }
         if (surest.length == 0) return false;
-        for (std::ptrdiff_t k = 0; k < surest.length; ++k)
-            chain_.note(surest.first + k, PointState::bad,
-                        {surest.off_mm[static_cast<std::size_t>(k)], surest.sd_mm, true, true, false});
-        const std::ptrdiff_t by = 3 * chain_.stride(surest.first);
-        chain_.test(surest.first - by, surest.first + surest.length + by);
-        for (std::ptrdiff_t first = surest.first - farthest_flank; first <= surest.first + farthest_flank; ++first)
+        set(surest, PointState::bad);
+        bad_.push_back(surest);
+        const std::ptrdiff_t low = surest.first - farthest_flank, high = surest.first + surest.length + farthest_flank;
+        take_steps(low, high);
+        for (std::ptrdiff_t first = low; first <= high; ++first)
             for (std::ptrdiff_t length = 1; length <= longest_run; ++length)
                 fails_[slot(first, length)] = 0;
         return true;
     }
 
+    /// Good ones that lay between bad ones come back when these are not heard any more.
+    bool stays_bad(const LiftedRun& run) {
+        set(run, PointState::good);
+        const LiftedRun now = look_at({run.first, run.length});
+        if (now.gain <= gain_of_bad_run) return false;
+        set(now, PointState::bad);
+        return true;
+    }
+
+    void set(const LiftedRun& run, PointState state) {
+        for (std::ptrdiff_t k = 0; k < run.length; ++k)
+            chain_.note(run.first + k, state, {run.off_mm[k], run.sd_mm, true, true, false});
+        const std::ptrdiff_t by = 3 * chain_.stride(run.first);
+        chain_.test(run.first - by, run.first + run.length + by);
+    }
+
     /// A lift shows at the ends of the run: the points on either side of each end are off their neighbours' cubic in
     /// opposite senses. In sigmas; 0 where it is not enough, or not all are good.
     double contrast_of(std::ptrdiff_t first, std::ptrdiff_t length) const {
-        const std::ptrdiff_t before = first - 1, last = first + length - 1, after = first + length;
-        if (!chain_.exists(before) || !chain_.exists(after)) return 0.0;
-        const auto off = [&](std::ptrdiff_t i) { return std::copysign(chain_.ratio(i), chain_.residual(i)); };
-        const double contrast = std::abs(off(first) - off(before) + off(last) - off(after)) / chain_.sigma_at(first);
-        if (!(contrast > least_contrast)) return 0.0;
-        for (std::ptrdiff_t i = first; i <= last; ++i)
+        const std::ptrdiff_t after = first + length;
+        if (!chain_.exists(first - 1) || !chain_.exists(after)) return 0.0;
+        const double contrast = std::abs(steps_[index(first)] - steps_[index(after)]);
+        if (!(contrast > (length == 1 && chain_.stride(first) == 1 ? least_single_contrast : least_contrast)))
+            return 0.0;
+        for (std::ptrdiff_t i = first; i < after; ++i)
             if (chain_.state(i) != PointState::good) return 0.0;
         return contrast;
     }
 
+    /// From each point to the next one, of the residuals of the four-neighbour test, in sigmas.
+    void take_steps(std::ptrdiff_t low, std::ptrdiff_t high) {
+        const auto off = [&](std::ptrdiff_t i) {
+            return std::copysign(chain_.ratio(i), chain_.residual(i)) / chain_.sigma_at(i);
+        };
+        for (std::ptrdiff_t i = low; i <= high; ++i)
+            if (chain_.exists(i) && chain_.exists(i - 1)) steps_[index(i)] = off(i) - off(i - 1);
+    }
+
+    std::size_t index(std::ptrdiff_t i) const {
+        const std::ptrdiff_t n = chain_.size();
+        return static_cast<std::size_t>(i >= 0 && i < n ? i : (i % n + n) % n);
+    }
     std::size_t slot(std::ptrdiff_t first, std::ptrdiff_t length) const {
-        const std::ptrdiff_t n = chain_.size(), wrapped = (first % n + n) % n;
-        return static_cast<std::size_t>(wrapped * longest_run + length - 1);
+        return index(first) * static_cast<std::size_t>(longest_run) + static_cast<std::size_t>(length - 1);
     }
 
     /// With its gain; none where it is not bad.
     LiftedRun look_at(LiftedRun run) {
-        const std::size_t side = std::min(most_flank, usual_flank * static_cast<std::size_t>(chain_.stride(run.first)));
+        const std::ptrdiff_t side = std::min(most_flank, usual_flank * chain_.stride(run.first));
         for (const Flanks& flanks :
              {Flanks{side, 0, most_flank_degree}, Flanks{std::max(shortest_flank, side / 2), 0, short_flank_degree}}) {
             RunAmongOthers among(chain_, run, flanks);
@@ -264,14 +289,16 @@ class LiftedRuns {
     }
 
     /// Between two bad points good ones look like a run that lies off to the other side.
-    bool is_off_without_the_next(const LiftedRun& run, std::size_t side, double lift_mm) {
+    bool is_off_without_the_next(const LiftedRun& run, std::ptrdiff_t side, double lift_mm) {
         const RunAmongOthers among(chain_, run, {std::max(shortest_flank, side - 1), 1, most_flank_degree});
         return among.lift_mm() * std::copysign(1.0, lift_mm) >= same_without * std::abs(lift_mm);
     }
 
     ChainState& chain_;
+    std::vector<double> steps_;
     std::vector<Candidate> open_;
-    std::vector<char> fails_;  // by run: looked at, and not bad, since nothing changed near it
+    std::vector<LiftedRun> bad_;  // the surest first
+    std::vector<char> fails_;     // by run: looked at, and not bad, since nothing changed near it
 };
 
 }  // namespace

@@ -1,57 +1,51 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <span>
 
 namespace cmm::fitting {
 
 /// Polynomials that are orthogonal on some places, one degree after the other, by Forsythe's recurrence (1957)
 /// P_{j+1} = (x - a_j) P_j - b_j P_{j-1}; the places are brought to [-1, 1].
-template <std::size_t MostPlaces, std::size_t MostDegree>
+template <int MostPlaces, std::size_t MostDegree>
 class OrthogonalPolynomials {
   public:
+    using Values = Eigen::Array<double, Eigen::Dynamic, 1, 0, MostPlaces>;
+
     /// Degree 0. One place or more.
-    void begin(std::span<const double> places) {
-        count_ = places.size();
-        const auto [low, high] = std::minmax_element(places.begin(), places.end());
-        middle_ = 0.5 * (*low + *high);
-        half_ = std::max(0.5 * (*high - *low), 1e-12);
-        const double scale = 1.0 / half_;
-        for (std::size_t i = 0; i < count_; ++i) {
-            x_[i] = (places[i] - middle_) * scale;
-            now_[i] = 1.0;
-            before_[i] = 0.0;
-        }
-        norm_[0] = static_cast<double>(count_);
+    template <class Places>
+    void begin(const Eigen::ArrayBase<Places>& places) {
+        const double low = places.minCoeff(), high = places.maxCoeff();
+        middle_ = 0.5 * (low + high);
+        half_ = std::max(0.5 * (high - low), 1e-12);
+        x_ = (places - middle_) * (1.0 / half_);
+        values_[0].setOnes(places.size());
+        norm_[0] = static_cast<double>(places.size());
         degree_ = 0;
     }
 
-    /// The next degree, at most MostDegree. False where the places do not tell it from those below: nothing is changed.
+    /// The next degree, at most MostDegree. False where the places do not tell it from those below.
     bool raise() {
-        double centre = 0.0;
-        for (std::size_t i = 0; i < count_; ++i)
-            centre += x_[i] * now_[i] * now_[i];
-        const double a = a_[degree_] = centre / norm_[degree_];
-        const double b = b_[degree_] = degree_ > 0 ? norm_[degree_] / norm_[degree_ - 1] : 0.0;
-        double norm = 0.0;
-        for (std::size_t i = 0; i < count_; ++i) {
-            const double next = (x_[i] - a) * now_[i] - b * before_[i];
-            before_[i] = now_[i];
-            now_[i] = next;
-            norm += next * next;
+        const Values& now = values_[degree_];
+        Values& next = values_[degree_ + 1];
+        const double a = a_[degree_] = (x_ * now.square()).sum() / norm_[degree_];
+        next = (x_ - a) * now;
+        if (degree_ > 0) {
+            b_[degree_] = norm_[degree_] / norm_[degree_ - 1];
+            next -= b_[degree_] * values_[degree_ - 1];
         }
+        const double norm = next.square().sum();
         if (!(norm > 1e-20)) return false;
         norm_[++degree_] = norm;
         return true;
     }
 
     std::size_t degree() const { return degree_; }
-    /// Of the highest degree, at the places; its sum of squares.
-    const std::array<double, MostPlaces>& values() const { return now_; }
-    double norm() const { return norm_[degree_]; }
+    /// At the places, and its sum of squares there; up to the highest degree.
+    const Values& values_of(std::size_t degree) const { return values_[degree]; }
     double norm_of(std::size_t degree) const { return norm_[degree]; }
 
     /// Calls take(degree, value) for those up to `highest`, at any place.
@@ -70,9 +64,10 @@ class OrthogonalPolynomials {
     }
 
   private:
-    std::array<double, MostPlaces> x_{}, now_{}, before_{};
+    Values x_;
+    std::array<Values, MostDegree + 1> values_;
     std::array<double, MostDegree + 1> a_{}, b_{}, norm_{};
-    std::size_t count_ = 0, degree_ = 0;
+    std::size_t degree_ = 0;
     double middle_ = 0.0, half_ = 1.0;
 };
 
