@@ -23,7 +23,8 @@ constexpr double least_single_contrast = 12.0;  // a point is among the neighbou
 constexpr double gain_of_bad_run = 18.0;        // of the criterion: a probability of 8 000 to one
 constexpr double least_lift = 5.0;              // in standard deviations, its own and a point's
 constexpr double same_without = 0.5;            // of the lift, when the points next to the run are not heard
-constexpr double nearly_as_much = 0.8;          // of the contrast
+constexpr double nearly_as_much = 0.8;          // of the contrast of a candidate: looked at with it
+constexpr double as_much_as_any = 0.6;          // of the largest contrast beside it
 constexpr std::ptrdiff_t to_next_run = 4;       // points from one run to another
 
 using RunValues = Eigen::Array<double, longest_run, 1>;
@@ -199,14 +200,19 @@ class LiftedRuns {
         double contrast;
     };
 
-    /// Of the runs beside a candidate that show nearly as much as it does now, the surest, if it is bad.
+    /// Of the runs beside a candidate that show nearly as much as it does now, the surest, if it is bad. None while
+    /// others beside it show far more.
     bool convict_beside(const Candidate& candidate) {
-        const double enough = nearly_as_much * contrast_of(candidate.first, candidate.length);
-        if (!(enough > 0.0) || fails_[slot(candidate.first, candidate.length)] != 0) return false;
+        const double contrast = contrast_of(candidate.first, candidate.length);
+        if (!(contrast > 0.0) || fails_[slot(candidate.first, candidate.length)] != 0) return false;
+        const std::ptrdiff_t low = candidate.first - to_next_run, high = candidate.first + candidate.length;
+        for (std::ptrdiff_t first = low; first <= high; ++first)
+            for (std::ptrdiff_t length = 1; length <= longest_run; ++length)
+                if (contrast < as_much_as_any * contrast_of(first, length)) return false;
         LiftedRun surest{0, 0, gain_of_bad_run};
-        for (std::ptrdiff_t first = candidate.first - to_next_run; first <= candidate.first + candidate.length; ++first)
+        for (std::ptrdiff_t first = low; first <= high; ++first)
             for (std::ptrdiff_t length = 1; length <= longest_run; ++length) {
-                if (contrast_of(first, length) < enough) continue;
+                if (contrast_of(first, length) < nearly_as_much * contrast) continue;
                 char& known = fails_[slot(first, length)];
                 if (known != 0) continue;
                 const LiftedRun run = look_at({first, length});
@@ -216,12 +222,16 @@ class LiftedRuns {
         if (surest.length == 0) return false;
         set(surest, PointState::bad);
         bad_.push_back(surest);
-        const std::ptrdiff_t low = surest.first - farthest_flank, high = surest.first + surest.length + farthest_flank;
+        forget(surest.first - farthest_flank, surest.first + surest.length + farthest_flank);
+        return true;
+    }
+
+    /// What was known of runs that begin there.
+    void forget(std::ptrdiff_t low, std::ptrdiff_t high) {
         take_steps(low, high);
         for (std::ptrdiff_t first = low; first <= high; ++first)
             for (std::ptrdiff_t length = 1; length <= longest_run; ++length)
                 fails_[slot(first, length)] = 0;
-        return true;
     }
 
     /// Good ones that lay between bad ones come back when these are not heard any more.

@@ -71,7 +71,7 @@ TEST(LiftedRuns, OfTwelveStandardDeviationsAreFound) {
     }
 }
 
-/// Of 2.4 million points 13 were.
+/// Of 2.4 million points 8 were.
 TEST(LiftedRuns, HardlyAnyInNoise) {
     std::size_t lost = 0;
     for (std::uint64_t seed = 0; seed < 100; ++seed)
