@@ -102,11 +102,15 @@ bool ChainState::are_plain(std::ptrdiff_t i) const {
 
 /// Of the good points' ratios from low up to high.
 double ChainState::quantile(std::ptrdiff_t low, std::ptrdiff_t high, double q) {
-    work_.clear();
-    for (std::ptrdiff_t k = low; k < high; ++k)
-        if (exists(k) && state(k) == PointState::good) work_.push_back(ratio(k));
-    if (work_.empty()) return 0.0;
-    return nth_smallest(work_, static_cast<std::size_t>(q * static_cast<double>(work_.size() - 1)));
+    work_.resize(static_cast<std::size_t>(high - low));
+    std::size_t good = 0;
+    for (std::ptrdiff_t k = low; k < high; ++k) {
+        if (!exists(k)) continue;
+        work_[good] = ratio(k);
+        good += state(k) == PointState::good;
+    }
+    if (good == 0) return 0.0;
+    return nth_smallest(std::span(work_).first(good), static_cast<std::size_t>(q * static_cast<double>(good - 1)));
 }
 
 /// Four clean tenths are enough to see the noise among the residuals that each bad point spoils. Only where fewer
@@ -150,6 +154,10 @@ bool ChainState::set_strides() {
         const auto most = static_cast<double>(std::clamp<std::ptrdiff_t>(n_ / 100, 1, longest_stride));
         stride_[k] = static_cast<std::ptrdiff_t>(std::clamp(wanted, 1.0, most));
         any = any || stride_[k] > 1;
+    }
+    for (std::size_t k = 0; any && k < stride_.size(); ++k) {
+        const auto low = static_cast<std::ptrdiff_t>(k * block);
+        if (stride_[k] > 1) test(low, std::min(low + static_cast<std::ptrdiff_t>(block), n_) - 1);
     }
     return any;
 }

@@ -55,7 +55,7 @@ class ChainState {
     Verdict judge(std::ptrdiff_t i);
     void note(std::ptrdiff_t i, PointState now, const Verdict& verdict);
     void estimate_scatter();
-    /// False when every stride is one.
+    /// The strides, by the scatter; points whose stride is not one are tested again. False when there are none.
     bool set_strides();
     /// Whether the four-neighbour test or a sharp turn makes a point suspect. One that was settled stays so as long as
     /// the scatter has not become clearly smaller.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/text.hpp"
+#include "fitting/cyclic.hpp"
 #include "fitting/edge_fit.hpp"
 #include "fitting/edges.hpp"
 #include "fitting/fairing.hpp"
@@ -127,7 +128,7 @@ class ContourBuilder {
     /// Equal steps of a mixed measure of length and turning, from the LE nose on.
     void resample(const std::vector<OffsetPoint>& part, const std::vector<Zone>& zones, std::size_t first) {
         const std::size_t n = part.size();
-        const auto at = [&](std::size_t k) { return (first + k) % n; };
+        const auto at = [&](std::size_t k) { return cyclic(first + k, n); };
         std::vector<double> length(n + 1, 0.0), turn(n + 1, 0.0), measure(n + 1);
         for (std::size_t k = 0; k < n; ++k) {
             const OffsetPoint &a = part[at(k)], &b = part[at(k + 1)];

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <utility>
 
-#include "fitting/cubic_basis.hpp"
 #include "fitting/smoothing.hpp"
 
 namespace cmm::fitting {
@@ -13,7 +12,11 @@ CurveNoise::CurveNoise(std::vector<double> knots, std::vector<std::array<double,
     : knots_(std::move(knots)),
       covariance_(std::move(covariance)),
       normal_(std::move(normal)),
-      point_sigma_mm_(sigma_mm) {}
+      point_sigma_mm_(sigma_mm) {
+    bases_.reserve(controls());
+    for (std::size_t span = 0; span < controls(); ++span)
+        bases_.push_back(cubic_basis(&knots_[span + 1]));
+}
 
 std::size_t CurveNoise::span_of(double t) const {
     const auto breaks = std::span(knots_).subspan(3, controls() + 1);
@@ -23,7 +26,7 @@ std::size_t CurveNoise::span_of(double t) const {
 
 std::array<double, 4> CurveNoise::basis_at(std::size_t span, double t) const {
     const double low = knots_[span + 3], high = knots_[span + 4];
-    return cubic_basis(&knots_[span + 1]).at(std::clamp((t - low) / (high - low), 0.0, 1.0));
+    return bases_[span].at(std::clamp((t - low) / (high - low), 0.0, 1.0));
 }
 
 double CurveNoise::sigma_mm(double t) const {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "fitting/cyclic.hpp"
 #include "fitting/section.hpp"
 
 namespace cmm::fitting {
@@ -217,7 +218,7 @@ std::vector<Zone> zones_of(const BladeEdges& edges, std::size_t count) {
     const Zone after_te = edges.suction_after_le ? Zone::pressure : Zone::suction;
     Zone side = after_le;
     for (std::size_t k = 0; k < count; ++k) {
-        const std::size_t i = (edges.le.nose + k) % count;
+        const std::size_t i = cyclic(edges.le.nose + k, count);
         if (i == edges.te.nose) side = after_te;
         zones[i] = holds(edges.le, i) ? Zone::le : holds(edges.te, i) ? Zone::te : side;
     }

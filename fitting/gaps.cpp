@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/text.hpp"
+#include "fitting/cyclic.hpp"
 #include "fitting/lent_way.hpp"
 
 namespace cmm::fitting {
@@ -37,7 +38,7 @@ std::vector<double> steps_of(std::span<const Vec2> points) {
     const std::size_t n = points.size();
     std::vector<double> steps(n);
     for (std::size_t k = 0; k < n; ++k)
-        steps[k] = (points[(k + 1) % n] - points[k]).norm();
+        steps[k] = (points[cyclic(k + 1, n)] - points[k]).norm();
     return steps;
 }
 
@@ -128,7 +129,7 @@ std::vector<Gap> find_gaps(std::span<const Vec2> points, const SectionOptions& o
     const std::vector<double> steps = steps_of(points);
     const double factor = options.gap_factor, least_mm = least_gap_balls * options.ball_radius_mm;
     const auto is_far = [&](std::size_t k) {
-        if (steps[k] <= least_mm || steps[k] <= factor * std::min(steps[(k + n - 1) % n], steps[(k + 1) % n]))
+        if (steps[k] <= least_mm || steps[k] <= factor * std::min(steps[cyclic(k + n - 1, n)], steps[cyclic(k + 1, n)]))
             return false;
         return steps[k] > factor * std::max(median_from(steps, k + 1, 1), median_from(steps, k + n - 1, n - 1));
     };
@@ -136,9 +137,9 @@ std::vector<Gap> find_gaps(std::span<const Vec2> points, const SectionOptions& o
     for (std::size_t k = 0; k < n; ++k) {
         const bool far = is_far(k);
         if (!far && !may_skip_edge(steps[k], options.ball_radius_mm)) continue;
-        const Way way(points, k, (k + 1) % n);
+        const Way way(points, k, cyclic(k + 1, n));
         if (!far && !skips_edge(way)) continue;
-        gaps.push_back({k, (k + 1) % n, steps[k] / whole_mm, way.turn_rad()});
+        gaps.push_back({k, cyclic(k + 1, n), steps[k] / whole_mm, way.turn_rad()});
     }
     return gaps;
 }

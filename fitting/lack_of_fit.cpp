@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "fitting/cyclic.hpp"
 #include "fitting/statistics.hpp"
 
 namespace cmm::fitting {
@@ -24,11 +25,10 @@ constexpr std::size_t least_to_either_side = 3;
 
 std::vector<char> not_followed(std::span<const double> residuals, double least_sigma_mm) {
     const std::size_t n = residuals.size();
-    const auto round = [n](std::size_t i) { return i < n ? i : i - n; };
     std::vector<char> found(n, 0);
     std::vector<double> products(n), steps(n);
     for (std::size_t i = 0; i < n; ++i) {
-        const double next = residuals[round(i + 1)];
+        const double next = residuals[cyclic(i + 1, n)];
         products[i] = residuals[i] * next;
         steps[i] = std::abs(next - residuals[i]);
     }
@@ -43,9 +43,9 @@ std::vector<char> not_followed(std::span<const double> residuals, double least_s
         for (std::size_t i = 0; i < n; ++i) {
             if (sum > most)
                 for (; marked < window; ++marked)
-                    found[round(i + marked)] = 1;
+                    found[cyclic(i + marked, n)] = 1;
             if (marked > 0) --marked;
-            sum += products[round(i + window)] - products[i];
+            sum += products[cyclic(i + window, n)] - products[i];
         }
     }
     return found;

@@ -171,15 +171,17 @@ class LiftedRuns {
     explicit LiftedRuns(ChainState& chain)
         : chain_(chain),
           steps_(static_cast<std::size_t>(chain.size()), 0.0),
-          fails_(static_cast<std::size_t>(chain.size() * longest_run), 0) {
+          contrasts_(static_cast<std::size_t>(chain.size())),
+          fails_(static_cast<std::size_t>(chain.size())) {
         take_steps(0, chain.size() - 1);
+        take_contrasts(0, chain.size() - 1);
     }
 
     /// Those that show most go first, and what they leave is looked at anew.
     bool convict() {
         for (std::ptrdiff_t first = 0; first < chain_.size(); ++first)
             for (std::ptrdiff_t length = 1; length <= longest_run; ++length)
-                if (const double contrast = contrast_of(first, length); contrast > 0.0)
+                if (const double contrast = of(contrasts_, first, length); contrast > 0.0)
                     open_.push_back({first, length, contrast});
         std::sort(open_.begin(), open_.end(), [](const Candidate& a, const Candidate& b) {
             if (a.contrast != b.contrast) return a.contrast > b.contrast;
@@ -199,21 +201,28 @@ class LiftedRuns {
         std::ptrdiff_t first, length;
         double contrast;
     };
+    /// By the point that a run begins with, and by its length less one.
+    template <class Value>
+    using ByRun = std::vector<std::array<Value, longest_run>>;
 
     /// Of the runs beside a candidate that show nearly as much as it does now, the surest, if it is bad. None while
     /// others beside it show far more.
     bool convict_beside(const Candidate& candidate) {
-        const double contrast = contrast_of(candidate.first, candidate.length);
-        if (!(contrast > 0.0) || fails_[slot(candidate.first, candidate.length)] != 0) return false;
-        const std::ptrdiff_t low = candidate.first - to_next_run, high = candidate.first + candidate.length;
+        const double contrast = of(contrasts_, candidate.first, candidate.length);
+        if (!(contrast > 0.0) || of(fails_, candidate.first, candidate.length) != 0) return false;
+        std::ptrdiff_t low = candidate.first - to_next_run, high = candidate.first + candidate.length;
+        if (!chain_.closed()) {
+            low = std::max<std::ptrdiff_t>(low, 0);
+            high = std::min(high, chain_.size() - 1);
+        }
         for (std::ptrdiff_t first = low; first <= high; ++first)
-            for (std::ptrdiff_t length = 1; length <= longest_run; ++length)
-                if (contrast < as_much_as_any * contrast_of(first, length)) return false;
+            for (const double beside : contrasts_[index(first)])
+                if (contrast < as_much_as_any * beside) return false;
         LiftedRun surest{0, 0, gain_of_bad_run};
         for (std::ptrdiff_t first = low; first <= high; ++first)
             for (std::ptrdiff_t length = 1; length <= longest_run; ++length) {
-                if (contrast_of(first, length) < nearly_as_much * contrast) continue;
-                char& known = fails_[slot(first, length)];
+                if (of(contrasts_, first, length) < nearly_as_much * contrast) continue;
+                char& known = of(fails_, first, length);
                 if (known != 0) continue;
                 const LiftedRun run = look_at({first, length});
                 known = run.gain > gain_of_bad_run ? 0 : 1;
@@ -229,9 +238,9 @@ class LiftedRuns {
     /// What was known of runs that begin there.
     void forget(std::ptrdiff_t low, std::ptrdiff_t high) {
         take_steps(low, high);
+        take_contrasts(low - longest_run, high);
         for (std::ptrdiff_t first = low; first <= high; ++first)
-            for (std::ptrdiff_t length = 1; length <= longest_run; ++length)
-                fails_[slot(first, length)] = 0;
+            fails_[index(first)].fill(0);
     }
 
     /// Good ones that lay between bad ones come back when these are not heard any more.
@@ -250,34 +259,42 @@ class LiftedRuns {
         chain_.test(run.first - by, run.first + run.length + by);
     }
 
-    /// A lift shows at the ends of the run: the points on either side of each end are off their neighbours' cubic in
-    /// opposite senses. In sigmas; 0 where it is not enough, or not all are good.
-    double contrast_of(std::ptrdiff_t first, std::ptrdiff_t length) const {
-        const std::ptrdiff_t after = first + length;
-        if (!chain_.exists(first - 1) || !chain_.exists(after)) return 0.0;
-        const double contrast = std::abs(steps_[index(first)] - steps_[index(after)]);
-        if (!(contrast > (length == 1 && chain_.stride(first) == 1 ? least_single_contrast : least_contrast)))
-            return 0.0;
-        for (std::ptrdiff_t i = first; i < after; ++i)
-            if (chain_.state(i) != PointState::good) return 0.0;
-        return contrast;
-    }
-
     /// From each point to the next one, of the residuals of the four-neighbour test, in sigmas.
     void take_steps(std::ptrdiff_t low, std::ptrdiff_t high) {
-        const auto off = [&](std::ptrdiff_t i) {
-            return std::copysign(chain_.ratio(i), chain_.residual(i)) / chain_.sigma_at(i);
-        };
-        for (std::ptrdiff_t i = low; i <= high; ++i)
-            if (chain_.exists(i) && chain_.exists(i - 1)) steps_[index(i)] = off(i) - off(i - 1);
+        double before = 0.0;
+        for (std::ptrdiff_t i = low - 1; i <= high; ++i) {
+            if (!chain_.exists(i)) continue;
+            const double off = std::copysign(chain_.ratio(i), chain_.residual(i)) / chain_.sigma_at(i);
+            if (i >= low && chain_.exists(i - 1)) steps_[index(i)] = off - before;
+            before = off;
+        }
+    }
+
+    /// Of the runs that begin from low to high. A lift shows at the ends of the run: the points on either side of each
+    /// end are off their neighbours' cubic in opposite senses. In sigmas; 0 where it is not enough, or not all are
+    /// good.
+    void take_contrasts(std::ptrdiff_t low, std::ptrdiff_t high) {
+        for (std::ptrdiff_t first = low; first <= high; ++first) {
+            if (!chain_.exists(first) || !chain_.exists(first - 1)) continue;
+            auto& contrasts = contrasts_[index(first)];
+            contrasts.fill(0.0);
+            const double step = steps_[index(first)];
+            double least = chain_.stride(first) == 1 ? least_single_contrast : least_contrast;
+            for (std::ptrdiff_t after = first + 1; after <= first + longest_run; ++after, least = least_contrast) {
+                if (!chain_.exists(after) || chain_.state(after - 1) != PointState::good) break;
+                const double contrast = std::abs(step - steps_[index(after)]);
+                if (contrast > least) contrasts[static_cast<std::size_t>(after - first - 1)] = contrast;
+            }
+        }
     }
 
     std::size_t index(std::ptrdiff_t i) const {
         const std::ptrdiff_t n = chain_.size();
         return static_cast<std::size_t>(i >= 0 && i < n ? i : (i % n + n) % n);
     }
-    std::size_t slot(std::ptrdiff_t first, std::ptrdiff_t length) const {
-        return index(first) * static_cast<std::size_t>(longest_run) + static_cast<std::size_t>(length - 1);
+    template <class Value>
+    Value& of(ByRun<Value>& values, std::ptrdiff_t first, std::ptrdiff_t length) const {
+        return values[index(first)][static_cast<std::size_t>(length - 1)];
     }
 
     /// With its gain; none where it is not bad.
@@ -308,7 +325,8 @@ class LiftedRuns {
     std::vector<double> steps_;
     std::vector<Candidate> open_;
     std::vector<LiftedRun> bad_;  // the surest first
-    std::vector<char> fails_;     // by run: looked at, and not bad, since nothing changed near it
+    ByRun<double> contrasts_;     // as the states and the steps are now
+    ByRun<char> fails_;           // looked at, and not bad, since nothing changed near it
 };
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "core/text.hpp"
 #include "fitting/closest_point.hpp"
+#include "fitting/cyclic.hpp"
 #include "fitting/gaps.hpp"
 #include "fitting/lent_way.hpp"
 #include "fitting/outliers.hpp"
@@ -132,13 +133,14 @@ void take_first_lap(std::span<const Vec2> points, const std::vector<std::size_t>
 /// Of good points in order. The ends of a side alone are joined by a chord, on either side of which it may lie: then
 /// the nominal tells it.
 core::Result<bool> is_clockwise(std::span<const Vec2> good, double twice_area, const SectionOptions& options) {
+    if (options.nominal == nullptr) return twice_area < 0.0;
     double longest_mm = 0.0, whole_mm = 0.0;
     for (std::size_t i = 0; i < good.size(); ++i) {
-        const double step_mm = (good[(i + 1) % good.size()] - good[i]).norm();
+        const double step_mm = (good[cyclic(i + 1, good.size())] - good[i]).norm();
         longest_mm = std::max(longest_mm, step_mm);
         whole_mm += step_mm;
     }
-    if (options.nominal == nullptr || longest_mm <= most_bridged_share * whole_mm) return twice_area < 0.0;
+    if (longest_mm <= most_bridged_share * whole_mm) return twice_area < 0.0;
     const auto off_mm = [&](LentWay::Sense sense) {
         return LentWay(*options.nominal, options.ball_radius_mm, good, sense).misfit_mm();
     };
@@ -162,7 +164,7 @@ core::Status turn_counter_clockwise(std::span<const Vec2> points, const std::vec
     Vec2 moment = Vec2::Zero();
     const Vec2 origin = ordered[good.front()];
     for (std::size_t g = 0; g < good.size(); ++g) {
-        const Vec2 a = ordered[good[g]] - origin, b = ordered[good[(g + 1) % good.size()]] - origin;
+        const Vec2 a = ordered[good[g]] - origin, b = ordered[good[cyclic(g + 1, good.size())]] - origin;
         twice += cross(a, b);
         moment += cross(a, b) * (a + b);
     }
@@ -186,18 +188,19 @@ core::Status turn_counter_clockwise(std::span<const Vec2> points, const std::vec
 void untangle(std::span<const Vec2> points, std::vector<std::size_t>& order) {
     constexpr int most_passes = 4;
     const std::size_t n = order.size();
-    const auto at = [&](std::size_t k) -> const Vec2& { return points[order[k % n]]; };
+    const auto at = [&](std::size_t k) -> const Vec2& { return points[order[cyclic(k, n)]]; };
     bool any = n > 4;
     for (int pass = 0; any && pass < most_passes; ++pass) {
         any = false;
         for (std::size_t k = 0; k < n; ++k) {
             const Vec2 in = at(k + 1) - at(k), step = at(k + 2) - at(k + 1), out = at(k + 3) - at(k + 2);
+            if (step.dot(in) >= 0.0 && step.dot(out) >= 0.0) continue;
             // Over a gap the next point may lie anywhere; a step is one beside two that are far shorter.
             const bool behind_gap = in.norm() > far_steps * std::max(step.norm(), out.norm());
             const bool before_gap = out.norm() > far_steps * std::max(step.norm(), in.norm());
             const Vec2 along = behind_gap ? out : before_gap ? in : Vec2(at(k + 3) - at(k));
             if (step.dot(along) >= 0.0) continue;
-            std::swap(order[(k + 1) % n], order[(k + 2) % n]);
+            std::swap(order[cyclic(k + 1, n)], order[cyclic(k + 2, n)]);
             any = true;
         }
     }

@@ -55,13 +55,9 @@ class Finder {
     using Stretch = std::pair<std::ptrdiff_t, std::ptrdiff_t>;  // first and last point
 
     void test_all() {
-        const std::ptrdiff_t last = chain_.size() - 1;
-        chain_.test(0, last);
+        chain_.test(0, chain_.size() - 1);
         chain_.estimate_scatter();
-        if (chain_.set_strides()) {
-            chain_.test(0, last);
-            chain_.estimate_scatter();
-        }
+        if (chain_.set_strides()) chain_.estimate_scatter();
     }
 
     /// Every suspect accuses the neighbours that its test rests on, and itself. False when there is none.

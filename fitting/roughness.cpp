@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "fitting/cyclic.hpp"
+
 namespace cmm::fitting {
 namespace {
 
@@ -81,10 +83,10 @@ void Roughness::sum_window(std::vector<double>& values, std::size_t w) {
     sums_.resize(n);
     double sum = 0.0;
     for (std::size_t j = n - w; j < n + w + 1; ++j)
-        sum += values[j < n ? j : j - n];
+        sum += values[cyclic(j, n)];
     for (std::size_t k = 0; k < n; ++k) {
         sums_[k] = sum;
-        sum += values[k + w + 1 < n ? k + w + 1 : k + w + 1 - n] - values[k >= w ? k - w : k + n - w];
+        sum += values[cyclic(k + w + 1, n)] - values[cyclic(k + n - w, n)];
     }
     values.swap(sums_);
 }

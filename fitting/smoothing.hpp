@@ -9,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "fitting/band_solver.hpp"
+#include "fitting/cubic_basis.hpp"
 #include "fitting/spline.hpp"
 
 namespace cmm::fitting {
@@ -39,6 +40,7 @@ class CurveNoise {
     std::array<double, 4> basis_at(std::size_t span, double t) const;
 
     std::vector<double> knots_;
+    std::vector<CubicBasis> bases_;                  // of the spans
     std::vector<std::array<double, 4>> covariance_;  // of controls k and k ... k + 3, round the end, mm^2
     std::shared_ptr<const BandSolver<4>> normal_;
     double point_sigma_mm_ = 0.0;

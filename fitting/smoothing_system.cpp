@@ -180,6 +180,8 @@ void SmoothingSystem::measure_residuals(std::size_t span, std::size_t first) {
 
 void SmoothingSystem::measure_points() {
     for_each_run([&](std::size_t span, std::size_t i, std::size_t end) {
+        for (; i + 3 < end; i += 4)
+            move_feet<4>(span, i);
         for (; i + 1 < end; i += 2)
             move_feet<2>(span, i);
         if (i < end) move_feet<1>(span, i);
@@ -190,6 +192,8 @@ void SmoothingSystem::measure_points() {
         if (t >= last) t -= period;
     }
     for_each_run([&](std::size_t span, std::size_t i, std::size_t end) {
+        for (; i + 3 < end; i += 4)
+            measure_residuals<4>(span, i);
         for (; i + 1 < end; i += 2)
             measure_residuals<2>(span, i);
         if (i < end) measure_residuals<1>(span, i);
