@@ -21,6 +21,7 @@ constexpr std::size_t fewest_numbers = 3;       // of a polynomial with a lift
 constexpr double least_contrast = 7.0;          // in sigmas: of the four-neighbour test at the run's ends
 constexpr double least_single_contrast = 12.0;  // a point is among the neighbours of those next to it
 constexpr double gain_of_bad_run = 18.0;        // of the criterion: a probability of 8 000 to one
+constexpr double gain_of_two = 25.0;            // likewise, where one of some fifty runs beside it is left out
 constexpr double least_lift = 5.0;              // in standard deviations, its own and a point's
 constexpr double same_without = 0.5;            // of the lift, when the points next to the run are not heard
 constexpr double nearly_as_much = 0.8;          // of the contrast of a candidate: looked at with it
@@ -31,14 +32,21 @@ using RunValues = Eigen::Array<double, longest_run, 1>;
 
 struct LiftedRun {
     std::ptrdiff_t first = 0, length = 0;
+    double contrast = 0.0;  ///< at its ends, when it was looked for
     double gain = 0.0, sd_mm = 0.0;
     RunValues off_mm = RunValues::Zero();  ///< each of its points
 };
 
+/// Points to one side of a run that are not heard: so many next to it, and those of another run by their distances.
+struct LeftOut {
+    std::ptrdiff_t next = 0, from = 0, to = 0;
+    bool has(std::ptrdiff_t distance) const { return distance < next || (distance >= from && distance < to); }
+};
+
 struct Flanks {
-    std::ptrdiff_t points;    ///< a side
-    std::ptrdiff_t left_out;  ///< next to the run, a side
+    std::ptrdiff_t points;  ///< a side
     std::size_t most_degree;
+    LeftOut before{}, after{};
 };
 
 /// A run among good points to either side of it, in the frame of these.
@@ -47,8 +55,8 @@ class RunAmongOthers {
     RunAmongOthers(ChainState& chain, const LiftedRun& run, const Flanks& flanks)
         : flanks_(flanks), side_(flanks.points), length_(run.length) {
         std::array<Vec2, most_flank> before, after;
-        const std::ptrdiff_t low = collect(chain, run.first - 1 - flanks.left_out, -1, before);
-        const std::ptrdiff_t high = collect(chain, run.first + run.length + flanks.left_out, 1, after);
+        const std::ptrdiff_t low = collect(chain, run.first - 1, -1, flanks.before, before);
+        const std::ptrdiff_t high = collect(chain, run.first + run.length, 1, flanks.after, after);
         if (low == ChainState::none || high == ChainState::none || high - low >= chain.size()) return;
         for (const std::ptrdiff_t by : {-longest_run, std::ptrdiff_t{0}, longest_run})
             if (chain.exists(run.first + by)) sigma_ = std::max(sigma_, chain.sigma_at(run.first + by));
@@ -90,11 +98,11 @@ class RunAmongOthers {
     using Values = Terms::Values;
 
     /// The last point of the flank; none where there are not enough.
-    std::ptrdiff_t collect(ChainState& chain, std::ptrdiff_t from, std::ptrdiff_t step,
+    std::ptrdiff_t collect(ChainState& chain, std::ptrdiff_t from, std::ptrdiff_t step, const LeftOut& left_out,
                            std::array<Vec2, most_flank>& points) const {
         std::ptrdiff_t count = 0;
         for (std::ptrdiff_t at = from; std::abs(at - from) < farthest_flank && chain.exists(at); at += step) {
-            if (chain.state(at) == PointState::bad) continue;
+            if (chain.state(at) == PointState::bad || left_out.has(std::abs(at - from))) continue;
             points[static_cast<std::size_t>(count++)] = chain.point(at);
             if (count == side_) return at;
         }
@@ -123,7 +131,7 @@ class RunAmongOthers {
             squares_[degree] = squares;
             if (degree == 0) continue;
             plain_ = std::min(plain_, squares / variance + price(degree + 1));
-            if (flanks_.left_out == 0 && is_plain()) return;
+            if (!flanks_.before.has(0) && !flanks_.after.has(0) && is_plain()) return;
             const double unexplained = run.square().sum(), along = (run * y_).sum();
             if (lift_ != 0.0 || unexplained < least_unexplained) continue;
             const double with = squares - along * along / unexplained;
@@ -218,13 +226,13 @@ class LiftedRuns {
         for (std::ptrdiff_t first = low; first <= high; ++first)
             for (const double beside : contrasts_[index(first)])
                 if (contrast < as_much_as_any * beside) return false;
-        LiftedRun surest{0, 0, gain_of_bad_run};
+        LiftedRun surest{0, 0, 0.0, gain_of_bad_run};
         for (std::ptrdiff_t first = low; first <= high; ++first)
             for (std::ptrdiff_t length = 1; length <= longest_run; ++length) {
                 if (of(contrasts_, first, length) < nearly_as_much * contrast) continue;
                 char& known = of(fails_, first, length);
                 if (known != 0) continue;
-                const LiftedRun run = look_at({first, length});
+                const LiftedRun run = look_at({first, length, of(contrasts_, first, length)});
                 known = run.gain > gain_of_bad_run ? 0 : 1;
                 if (run.gain > surest.gain) surest = run;
             }
@@ -246,7 +254,7 @@ class LiftedRuns {
     /// Good ones that lay between bad ones come back when these are not heard any more.
     bool stays_bad(const LiftedRun& run) {
         set(run, PointState::good);
-        const LiftedRun now = look_at({run.first, run.length});
+        const LiftedRun now = look_at({run.first, run.length, run.contrast});
         if (now.gain <= gain_of_bad_run) return false;
         set(now, PointState::bad);
         return true;
@@ -297,27 +305,62 @@ class LiftedRuns {
         return values[index(first)][static_cast<std::size_t>(length - 1)];
     }
 
-    /// With its gain; none where it is not bad.
+    /// With its gain; none where it is not bad. Good points between two bad runs are too few to tell of either alone:
+    /// where the points beside a run do not tell, those of another run beyond are left out.
     LiftedRun look_at(LiftedRun run) {
-        const std::ptrdiff_t side = std::min(most_flank, usual_flank * chain_.stride(run.first));
-        for (const Flanks& flanks :
-             {Flanks{side, 0, most_flank_degree}, Flanks{std::max(shortest_flank, side / 2), 0, short_flank_degree}}) {
-            RunAmongOthers among(chain_, run, flanks);
-            if (among.is_plain()) break;
-            if (std::abs(among.lift_mm()) < least_lift * among.sd_mm() || among.gain() <= gain_of_bad_run) continue;
-            among.allow_jumps();
-            if (among.gain() <= gain_of_bad_run || !is_off_without_the_next(run, side, among.lift_mm())) continue;
-            run.gain = among.gain();
-            run.sd_mm = among.sd_mm();
-            run.off_mm = among.off_mm();
-            break;
-        }
+        const std::ptrdiff_t side = usual_side(run);
+        Finding found = hear(run, {side, most_flank_degree}, gain_of_bad_run);
+        if (found == Finding::unclear)
+            found = hear(run, {std::max(shortest_flank, side / 2), short_flank_degree}, gain_of_bad_run);
+        if (found != Finding::unclear) return run;
+        const LeftOut before = run_beyond(run, -1), after = run_beyond(run, 1);
+        if (before.to + after.to > 0) hear(run, {side, most_flank_degree, before, after}, gain_of_two);
         return run;
     }
 
+    enum class Finding { bad, plain, unclear };
+
+    /// What such flanks say; `run` has the rest when it is bad.
+    Finding hear(LiftedRun& run, const Flanks& flanks, double least_gain) {
+        RunAmongOthers among(chain_, run, flanks);
+        if (among.is_plain()) return Finding::plain;
+        if (std::abs(among.lift_mm()) < least_lift * among.sd_mm() || among.gain() <= least_gain)
+            return Finding::unclear;
+        among.allow_jumps();
+        if (among.gain() <= least_gain || !is_off_without_the_next(run, flanks, among.lift_mm()))
+            return Finding::unclear;
+        run.gain = among.gain();
+        run.sd_mm = among.sd_mm();
+        run.off_mm = among.off_mm();
+        return Finding::bad;
+    }
+
+    std::ptrdiff_t usual_side(const LiftedRun& run) const {
+        return std::min(most_flank, usual_flank * chain_.stride(run.first));
+    }
+
+    /// Where to one side, beyond some good points, another run shows as much.
+    LeftOut run_beyond(const LiftedRun& run, int direction) {
+        LeftOut out;
+        double most = as_much_as_any * run.contrast;
+        for (std::ptrdiff_t apart = 1; apart <= longest_run; ++apart)
+            for (std::ptrdiff_t length = 1; length <= longest_run; ++length) {
+                const std::ptrdiff_t first =
+                    direction > 0 ? run.first + run.length + apart : run.first - apart - length;
+                if (!chain_.exists(first) || of(contrasts_, first, length) <= most) continue;
+                most = of(contrasts_, first, length);
+                out.from = apart;
+                out.to = apart + length;
+            }
+        return out;
+    }
+
     /// Between two bad points good ones look like a run that lies off to the other side.
-    bool is_off_without_the_next(const LiftedRun& run, std::ptrdiff_t side, double lift_mm) {
-        const RunAmongOthers among(chain_, run, {std::max(shortest_flank, side - 1), 1, most_flank_degree});
+    bool is_off_without_the_next(const LiftedRun& run, Flanks flanks, double lift_mm) {
+        flanks.points = std::max(shortest_flank, usual_side(run) - 1);
+        flanks.most_degree = most_flank_degree;
+        flanks.before.next = flanks.after.next = 1;
+        const RunAmongOthers among(chain_, run, flanks);
         return among.lift_mm() * std::copysign(1.0, lift_mm) >= same_without * std::abs(lift_mm);
     }
 
