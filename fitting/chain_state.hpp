@@ -61,6 +61,7 @@ class ChainState {
     /// the scatter has not become clearly smaller.
     bool suspicious(std::ptrdiff_t i) const;
     void settled(std::ptrdiff_t i) { settled_at_[index(i)] = sigma_at(i); }
+    bool any_bad() const { return std::find(state_.begin(), state_.end(), PointState::bad) != state_.end(); }
     BadPoints report();
 
   private:

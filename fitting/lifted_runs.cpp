@@ -209,6 +209,7 @@ class LiftedRuns {
         std::ptrdiff_t first, length;
         double contrast;
     };
+    enum class Finding { bad, plain, unclear };
     /// By the point that a run begins with, and by its length less one.
     template <class Value>
     using ByRun = std::vector<std::array<Value, longest_run>>;
@@ -317,8 +318,6 @@ class LiftedRuns {
         if (before.to + after.to > 0) hear(run, {side, most_flank_degree, before, after}, gain_of_two);
         return run;
     }
-
-    enum class Finding { bad, plain, unclear };
 
     /// What such flanks say; `run` has the rest when it is bad.
     Finding hear(LiftedRun& run, const Flanks& flanks, double least_gain) {

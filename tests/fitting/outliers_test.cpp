@@ -91,6 +91,20 @@ TEST(BadPoints, LowRunsDoNotBearEachOtherOut) {
     }
 }
 
+/// Only when that one is out can they be told.
+TEST(BadPoints, LowRunsBesideAFarHigherOneAreFound) {
+    std::size_t missed = 0;
+    for (std::uint64_t seed = 0; seed < 100; ++seed) {
+        auto points = circle(800, 9.0, 0.001, seed);
+        for (const auto& [i, height_mm] : {std::pair{100, 0.015}, {101, 0.015}, {105, 0.12}, {106, 0.2}})
+            points[static_cast<std::size_t>(i)] *= 1.0 + height_mm / 9.0;
+        const auto found = find_bad_points(points, true, 0.002).bad;
+        for (const std::size_t i : {100U, 101U, 105U, 106U})
+            missed += found[i] == 0;
+    }
+    EXPECT_LE(missed, 8U) << "of 400";
+}
+
 TEST(BadPoints, GoodPointsStay) {
     std::size_t rejected = 0;
     for (std::uint64_t seed = 0; seed < 100; ++seed)
