@@ -64,6 +64,7 @@ class ContourBuilder {
           options_(options),
           fit_(fit),
           surface_(surface),
+          noise_(smooth.noise),
           gaps_(find_gaps(good, options)) {}
 
     core::Result<OpenEdges> run() {
@@ -174,7 +175,7 @@ class ContourBuilder {
     /// places there.
     static double on_grid(double share) { return std::round(std::clamp(share, 0.0, 1.0) * 64.0) / 64.0; }
 
-    void take_surface(const OffsetPoint& at, ContourPoint& out) const {
+    void take_surface(const OffsetPoint& at, ContourPoint& out) {
         const double t = smooth_.curve.wrap(at.t);
         const auto above = std::upper_bound(surface_.begin(), surface_.end(), t,
                                             [](double value, const SurfaceStation& s) { return value < s.t; });
@@ -205,9 +206,9 @@ class ContourBuilder {
     }
 
     /// Student's factor (95 %) times the noise that the smoothing or an edge's model leaves; of the first a share.
-    double noise_uncertainty(const OffsetPoint& point, double share) const {
+    double noise_uncertainty(const OffsetPoint& point, double share) {
         const double t = smooth_.curve.wrap(point.t);
-        double sigma = share * smooth_.noise.sigma_mm(t);
+        double sigma = share * noise_.sigma_mm(t);
         for (const EdgePatch& patch : patches_)
             if (const auto own = patch.sigma_mm(t, smooth_.curve.period(), point.position, point.normal, sigma))
                 sigma = *own;
@@ -225,6 +226,7 @@ class ContourBuilder {
     const SectionOptions& options_;
     SectionFit& fit_;
     std::span<const SurfaceStation> surface_;
+    CurveNoise::Walk noise_;
     std::vector<Gap> gaps_;
     std::vector<EdgePatch> patches_;
     double coverage_ = 2.0;

@@ -38,6 +38,7 @@ double ContourNoise::variance(std::span<const ContourPoint> contour, const Sensi
         return sum * sum;
     }
     std::vector<double> by_control(free_->controls(), 0.0);
+    CurveNoise::Walk places(*free_);
     std::vector<Eigen::VectorXd> by_model(patches_.size());
     for (std::size_t k = 0; k < patches_.size(); ++k)
         by_model[k] = Eigen::VectorXd::Zero(patches_[k].covariance.rows());
@@ -52,7 +53,7 @@ double ContourNoise::variance(std::span<const ContourPoint> contour, const Sensi
             on_free = on->on_free;
             break;
         }
-        if (on_free > 0.0) free_->add_place(p.t, weight * p.noise_share * on_free, by_control);
+        if (on_free > 0.0) places.add_place(p.t, weight * p.noise_share * on_free, by_control);
     }
     double variance = free_->variance(by_control);
     for (std::size_t k = 0; k < patches_.size(); ++k)

@@ -12,29 +12,25 @@ CurveNoise::CurveNoise(std::vector<double> knots, std::vector<std::array<double,
     : knots_(std::move(knots)),
       covariance_(std::move(covariance)),
       normal_(std::move(normal)),
-      point_sigma_mm_(sigma_mm) {
-    bases_.reserve(controls());
-    for (std::size_t span = 0; span < controls(); ++span)
-        bases_.push_back(cubic_basis(&knots_[span + 1]));
+      point_sigma_mm_(sigma_mm) {}
+
+std::array<double, 4> CurveNoise::Walk::functions_at(double t) {
+    if (!(t >= low_ && t < high_)) {
+        const auto breaks = std::span(noise_.knots_).subspan(3, noise_.controls() + 1);
+        const auto above = std::upper_bound(breaks.begin() + 1, breaks.end() - 1, t);
+        span_ = static_cast<std::size_t>(above - breaks.begin()) - 1;
+        low_ = breaks[span_];
+        high_ = breaks[span_ + 1];
+        basis_ = cubic_basis(&noise_.knots_[span_ + 1]);
+    }
+    return basis_.at(std::clamp((t - low_) / (high_ - low_), 0.0, 1.0));
 }
 
-std::size_t CurveNoise::span_of(double t) const {
-    const auto breaks = std::span(knots_).subspan(3, controls() + 1);
-    const auto above = std::upper_bound(breaks.begin() + 1, breaks.end() - 1, t);
-    return static_cast<std::size_t>(above - breaks.begin()) - 1;
-}
-
-std::array<double, 4> CurveNoise::basis_at(std::size_t span, double t) const {
-    const double low = knots_[span + 3], high = knots_[span + 4];
-    return bases_[span].at(std::clamp((t - low) / (high - low), 0.0, 1.0));
-}
-
-double CurveNoise::sigma_mm(double t) const {
-    const std::size_t span = span_of(t);
-    const auto b = basis_at(span, t);
+double CurveNoise::Walk::sigma_mm(double t) {
+    const auto b = functions_at(t);
     double variance = 0.0;
     for (std::size_t a = 0; a < 4; ++a) {
-        const auto& row = covariance_[wrapped(span + a)];
+        const auto& row = noise_.covariance_[noise_.wrapped(span_ + a)];
         variance += b[a] * b[a] * row[0];
         for (std::size_t c = a + 1; c < 4; ++c)
             variance += 2.0 * b[a] * b[c] * row[c - a];
@@ -42,11 +38,10 @@ double CurveNoise::sigma_mm(double t) const {
     return std::sqrt(std::max(variance, 0.0));
 }
 
-void CurveNoise::add_place(double t, double weight, std::span<double> slopes) const {
-    const std::size_t span = span_of(t);
-    const auto b = basis_at(span, t);
+void CurveNoise::Walk::add_place(double t, double weight, std::span<double> slopes) {
+    const auto b = functions_at(t);
     for (std::size_t a = 0; a < 4; ++a)
-        slopes[wrapped(span + a)] += weight * b[a];
+        slopes[noise_.wrapped(span_ + a)] += weight * b[a];
 }
 
 double CurveNoise::variance(std::span<double> slopes) const {

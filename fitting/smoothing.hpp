@@ -24,23 +24,35 @@ class CurveNoise {
     CurveNoise(std::vector<double> knots, std::vector<std::array<double, 4>> covariance,
                std::shared_ptr<const BandSolver<4>> normal, double sigma_mm);
 
-    /// Standard deviation in mm of the curve at parameter t, across the curve; t within the period.
-    double sigma_mm(double t) const;
+    /// From place to place: those that follow each other in a span share its basis, which is kept nowhere else.
+    class Walk {
+      public:
+        explicit Walk(const CurveNoise& noise) : noise_(noise) {}
 
-    /// For numbers that depend on the curve at many places, whose errors go together: how much such a number changes
-    /// with each control. First as many zeros as there are controls, then one call for each place.
+        /// Standard deviation in mm of the curve at parameter t, across the curve; t within the period.
+        double sigma_mm(double t);
+        /// For numbers that depend on the curve at many places, whose errors go together: how much such a number
+        /// changes with each control. First as many zeros as there are controls, then one call for each place.
+        void add_place(double t, double weight, std::span<double> slopes);
+
+      private:
+        std::array<double, 4> functions_at(double t);
+
+        const CurveNoise& noise_;
+        std::size_t span_ = ~std::size_t{0};
+        double low_ = 0.0, high_ = 0.0;  // where it begins and ends
+        CubicBasis basis_{};
+    };
+    double sigma_mm(double t) const { return Walk(*this).sigma_mm(t); }
+
     std::size_t controls() const { return covariance_.size(); }
-    void add_place(double t, double weight, std::span<double> slopes) const;
     /// Of a number with such slopes, mm^2 times their square. O(controls); `slopes` are used up.
     double variance(std::span<double> slopes) const;
 
   private:
     std::size_t wrapped(std::size_t control) const { return control < controls() ? control : control - controls(); }
-    std::size_t span_of(double t) const;
-    std::array<double, 4> basis_at(std::size_t span, double t) const;
 
     std::vector<double> knots_;
-    std::vector<CubicBasis> bases_;                  // of the spans
     std::vector<std::array<double, 4>> covariance_;  // of controls k and k ... k + 3, round the end, mm^2
     std::shared_ptr<const BandSolver<4>> normal_;
     double point_sigma_mm_ = 0.0;
