@@ -44,6 +44,11 @@ class Track {
     double angle(std::size_t i) const { return on_any_lap(&Mark::angle, i); }
     /// What the direction has gone forth up to there, without where it went back: from i to j it turns by no more.
     double forth(std::size_t i) const { return on_any_lap(&Mark::forth, i); }
+    double angle_at(double where) const {
+        const std::size_t behind = at(where), before = behind - 1;
+        const double share = (s(behind) - where) / (s(behind) - s(before));
+        return angle(behind) - share * (angle(behind) - angle(before));
+    }
     /// The first index at or beyond an arc length >= 0.
     std::size_t at(double where) const {
         const auto laps = static_cast<std::size_t>(where / perimeter());
@@ -139,12 +144,12 @@ EdgeRegion region_of(const Track& track, const Window& window) {
     }
     // The sides are taken a little away from the edge, where they hardly turn: their normals are then stable.
     const double away = 2.0 * region.scale_mm;
-    const double before = track.angle(track.at(track.s(begin) - away));
-    const double after = track.angle(track.at(track.s(end) + away));
-    const double halfway = 0.5 * (before + after);
+    const double halfway = 0.5 * (track.angle_at(track.s(begin) - away) + track.angle_at(track.s(end) + away));
     std::size_t nose = begin;
     while (nose < end && track.angle(nose) < halfway)
         ++nose;
+    const double step = track.angle(nose) - track.angle(nose - 1);
+    region.nose_share = step > 0.0 ? std::clamp((track.angle(nose) - halfway) / step, 0.0, 1.0) : 0.0;
 
     const std::size_t n = track.size();
     region.begin = begin % n;

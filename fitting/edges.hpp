@@ -16,10 +16,11 @@ namespace cmm::fitting {
 /// A leading or trailing edge on a closed counter-clockwise contour, as indices of its points.
 struct EdgeRegion {
     std::size_t begin = 0,
-                end = 0;     ///< transition points; the region runs from begin on to end, over the wrap if need be
-    std::size_t middle = 0;  ///< of its sharpest 120 degrees
-    std::size_t nose = 0;    ///< where the normal halves the angle between the two sides
-    double scale_mm = 0.0;   ///< length over turn of its sharpest 120 degrees: the radius of a circular edge
+                end = 0;      ///< transition points; the region runs from begin on to end, over the wrap if need be
+    std::size_t middle = 0;   ///< of its sharpest 120 degrees
+    std::size_t nose = 0;     ///< where the normal halves the angle between the two sides: that point ...
+    double nose_share = 0.0;  ///< ... or exactly, by so much of the step from the point before, before it
+    double scale_mm = 0.0;    ///< length over turn of its sharpest 120 degrees: the radius of a circular edge
 };
 
 /// The four zones of a contour.

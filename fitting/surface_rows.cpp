@@ -28,8 +28,13 @@ core::Result<SurfaceRow> SurfaceRow::make(SmoothCurve smooth, double z_mm, doubl
     row.features_.z_mm = z_mm;
     row.features_.length_mm = row.arc_.total();
     const auto place = [&](std::size_t i) { return row.arc_length(part[i].t); };
-    row.features_.s_mm = {place(edges->le.nose), place(edges->le.end), place(edges->te.begin),
-                          place(edges->te.nose), place(edges->te.end), place(edges->le.begin)};
+    const PiecewiseCubic& curve = row.smooth_.curve;
+    const auto nose = [&](const EdgeRegion& edge) {
+        const double t = part[edge.nose].t, step = curve.ahead(part[(edge.nose + part.size() - 1) % part.size()].t, t);
+        return row.arc_length(curve.wrap(t - edge.nose_share * step));
+    };
+    row.features_.s_mm = {nose(edges->le), place(edges->le.end), place(edges->te.begin),
+                          nose(edges->te), place(edges->te.end), place(edges->le.begin)};
     row.find_joints();
     row.le_ = part[edges->le.nose].position;
     row.te_ = part[edges->te.nose].position;
