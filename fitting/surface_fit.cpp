@@ -25,6 +25,8 @@ namespace {
 using core::ErrorCode;
 
 constexpr std::size_t anchor_count = 2000, most_u_spans = 512;
+/// Of the period: cubics through places farther apart are 0.05 um off the pressure side of a turbine between them.
+constexpr double longest_span_share = 1.0 / 80.0;
 constexpr double joint_knot_share = 0.1;  // of a span: how near the two knots at a joint are
 /// Weights that are tried; the last leaves hardly more than a cubic.
 constexpr std::array<double, 10> weights{1e-6, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5};
@@ -79,7 +81,8 @@ class RowsFitter {
             u[i] = period * static_cast<double>(i) / static_cast<double>(anchor_count);
             anchors[i] = on_row(rows_.size() / 2, u[i]);
         }
-        const auto plain = graded_knots(anchors, u, period, options_.span_turn_rad, most_u_spans);
+        const std::vector<double> longest(anchor_count, longest_span_share * period);
+        const auto plain = graded_knots(anchors, u, period, options_.span_turn_rad, most_u_spans, longest);
         breaks_ = breaks_with_joints(plain, alignment_.joints(), 2, joint_knot_share, joints_);
     }
 

@@ -121,8 +121,12 @@ TEST(Compensation, ContoursWithoutNoise) {
     families::ScanOptions scanning;
     scanning.sigma_mm = 0.0;
     scanning.bad_share = 0.0;
-    for (const auto family : families::all_families) {
-        const families::TwistedBlade blade(family, 1);
+    // The last had 0.08 um beside its TE, where its rows' noses were those of the nearest of their contours' points.
+    for (const auto& [family, seed] : {std::pair{families::Family::compressor, 1},
+                                       {families::Family::turbine, 1},
+                                       {families::Family::fan, 1},
+                                       {families::Family::turbine, 3}}) {
+        const families::TwistedBlade blade(family, seed);
         const Tally3 tally = judge(blade, scanning);
         tally.print(blade.name() + " without noise");
         EXPECT_LT(tally.side.rms_um(), 0.01) << blade.name();
