@@ -93,33 +93,50 @@ double ArcLength::at(const PiecewiseCubic& curve, const CurvePlace& place) const
     return cells_[cell].s + gauss(curve.pieces()[place.span], from - origin, place.t - from);
 }
 
-CurvePlace ArcLength::place(const PiecewiseCubic& curve, double s_mm) const {
+std::size_t ArcLength::cell_of(double s_mm) const {
     const double last = static_cast<double>(bucket_.size() - 1);
     std::size_t cell = bucket_[static_cast<std::size_t>(std::max(0.0, std::min(last, s_mm * buckets_per_mm_)))];
     while (cell > 0 && cells_[cell].s > s_mm)
         --cell;
     while (cell + 2 < cells_.size() && cells_[cell + 1].s <= s_mm)
         ++cell;
-    const Cell& here = cells_[cell];
-    const double from = here.t, to = cell + 2 < cells_.size() ? cells_[cell + 1].t : curve.breaks().back();
-    const double length = cells_[cell + 1].s - here.s, wanted = std::clamp(s_mm - here.s, 0.0, length);
-    if (!(length > 0.0)) return {here.span, from};
-    // Cubic Hermite of t over s, then Newton's method with the second derivative.
-    const double x = wanted / length, rise = to - from;
+    return cell;
+}
+
+/// Cubic Hermite of t over s.
+CurvePlace ArcLength::place_within(std::size_t cell, double s_mm) const {
+    const Cell &here = cells_[cell], &next = cells_[cell + 1];
+    const double length = next.s - here.s, rise = next.t - here.t;
+    if (!(length > 0.0)) return {here.span, here.t};
+    const double x = std::clamp((s_mm - here.s) / length, 0.0, 1.0);
     const double a = here.slowness * length, b = here.slowness_end * length;
-    double t = std::clamp(from + x * (a + x * (3.0 * rise - 2.0 * a - b + x * (a + b - 2.0 * rise))), from, to);
-    const double origin = curve.breaks()[here.span];
+    const double t = here.t + x * (a + x * (3.0 * rise - 2.0 * a - b + x * (a + b - 2.0 * rise)));
+    return {here.span, std::clamp(t, here.t, next.t)};
+}
+
+CurvePlace ArcLength::place_near(double s_mm) const {
+    return place_within(cell_of(s_mm), s_mm);
+}
+
+CurvePlace ArcLength::place(const PiecewiseCubic& curve, double s_mm) const {
+    const std::size_t cell = cell_of(s_mm);
+    const double from = cells_[cell].t, to = cells_[cell + 1].t;
+    const double length = cells_[cell + 1].s - cells_[cell].s, wanted = std::clamp(s_mm - cells_[cell].s, 0.0, length);
+    auto [span, t] = place_within(cell, s_mm);
+    if (!(length > 0.0)) return {span, t};
+    // Newton's method with the second derivative.
+    const double origin = curve.breaks()[span];
     for (int step = 0; step < 8; ++step) {
-        const Jet jet = curve.jet_in(here.span, t);
+        const Jet jet = curve.jet_in(span, t);
         const double squared = jet.d1.squaredNorm();
         if (!(squared > 0.0)) break;
-        const double missing = wanted - gauss(curve.pieces()[here.span], from - origin, t - from);
+        const double missing = wanted - gauss(curve.pieces()[span], from - origin, t - from);
         const double newton = missing / std::sqrt(squared);
         const double correction = newton * (1.0 - 0.5 * newton * jet.d1.dot(jet.d2) / squared);
         t = std::clamp(t + correction, from, to);
-        if (std::abs(correction) < 1e-4 * rise) break;  // the step just made cubed this
+        if (std::abs(correction) < 1e-4 * (to - from)) break;  // the step just made cubed this
     }
-    return {here.span, t};
+    return {span, t};
 }
 
 }  // namespace cmm::fitting

@@ -27,6 +27,9 @@ class ArcLength {
     double at(const PiecewiseCubic& curve, const CurvePlace& place) const;
     /// The place at an arc length in [0, total].
     CurvePlace place(const PiecewiseCubic& curve, double s_mm) const;
+    /// To the fourth order of a span's length (0.03 um on rows of blades): for those who need a place that hardly
+    /// differs from row to row, at an eighth of the price.
+    CurvePlace place_near(double s_mm) const;
 
   private:
     /// A part of a span: where it starts, and 1 / speed there and at its end for the first guess of `place`.
@@ -34,6 +37,9 @@ class ArcLength {
         double t, s, slowness, slowness_end;
         std::size_t span;
     };
+    std::size_t cell_of(double s_mm) const;
+    CurvePlace place_within(std::size_t cell, double s_mm) const;
+
     std::vector<Cell> cells_;              // one more at the end
     std::vector<std::size_t> first_cell_;  // of each span; one more at the end
     std::vector<std::size_t> bucket_;      // for equal steps of arc length: the cell where the search begins

@@ -11,7 +11,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr std::size_t searched_row_points = 1600;
+constexpr std::size_t searched_row_points = 800;
 
 }  // namespace
 
@@ -63,13 +63,13 @@ SurfaceRow SurfaceRow::with(SmoothCurve smooth, double begin_mm) const {
     return row;
 }
 
-CurvePlace SurfaceRow::place_at(double s_mm) const {
+double SurfaceRow::in_first_turn(double s_mm) const {
     const double total = arc_.total();
-    return arc_.place(smooth_.curve, std::clamp(s_mm - std::floor(s_mm / total) * total, 0.0, total));
+    return std::clamp(s_mm - std::floor(s_mm / total) * total, 0.0, total);
 }
 
 double SurfaceRow::parameter(double s_mm) const {
-    return place_at(s_mm).t;
+    return arc_.place(smooth_.curve, in_first_turn(s_mm)).t;
 }
 
 double SurfaceRow::arc_length(double t) const {
@@ -78,7 +78,7 @@ double SurfaceRow::arc_length(double t) const {
 }
 
 Vec2 SurfaceRow::at(double s_mm) const {
-    const CurvePlace place = place_at(s_mm);
+    const CurvePlace place = arc_.place_near(in_first_turn(s_mm));
     return smooth_.curve.jet_in(place.span, place.t).position;
 }
 

@@ -27,7 +27,7 @@ class SurfaceRow {
     const RowFeatures& features() const { return features_; }
     const Vec2& le() const { return le_; }
     const Vec2& te() const { return te_; }
-    /// The point at an arc length, any turn; its parameter on the curve, and back.
+    /// The point at an arc length (along the curve to place_near), any turn; its parameter on the curve, and back.
     Vec2 at(double s_mm) const;
     double parameter(double s_mm) const;
     double arc_length(double t) const;
@@ -35,7 +35,7 @@ class SurfaceRow {
     SurfaceRow with(SmoothCurve smooth, double begin_mm) const;
 
   private:
-    CurvePlace place_at(double s_mm) const;
+    double in_first_turn(double s_mm) const;
     void find_joints();
 
     SmoothCurve smooth_;
