@@ -28,7 +28,7 @@ class ArcLength {
     /// The place at an arc length in [0, total].
     CurvePlace place(const PiecewiseCubic& curve, double s_mm) const;
     /// To the fourth order of a span's length (0.03 um on rows of blades): for those who need a place that hardly
-    /// differs from row to row, at an eighth of the price.
+    /// differs from row to row, at a third of the price.
     CurvePlace place_near(double s_mm) const;
 
   private:

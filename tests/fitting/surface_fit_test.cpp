@@ -77,7 +77,8 @@ TEST(SurfaceFit, AlignsTheEdgesOfTheRows) {
         }
         EXPECT_NEAR(last, alignment.arc_length(k, 0.0) + data.rows[k].length_mm(), 1e-9);
     }
-    // The blade tapers, and its edge with it.
+    // The blade tapers, and its edge with it: the places go from 0.254 to 0.222 mm. Where noses were the nearest points
+    // of contours they were 0.0096 mm off a line, and, by chance, only 0.025 mm apart.
     const Eigen::VectorXd off_mm = from_camber_mm - line * line.colPivHouseholderQr().solve(from_camber_mm);
     EXPECT_LT(off_mm.lpNorm<Eigen::Infinity>(), 0.007) << "at the same place on all rows";
 }
