@@ -30,6 +30,26 @@ Jet PiecewiseCubic::jet_in(std::size_t span, double t) const {
     return {a + u * (b + u * (c + u * d)), b + u * (2.0 * c + 3.0 * u * d), 2.0 * c + 6.0 * u * d};
 }
 
+PiecewiseCubic PiecewiseCubic::broken_at(std::span<const double> places) const {
+    std::vector<double> breaks;
+    std::vector<Piece> pieces;
+    breaks.reserve(breaks_.size() + places.size());
+    pieces.reserve(pieces_.size() + places.size());
+    auto next = places.begin();
+    for (std::size_t k = 0; k < pieces_.size(); ++k) {
+        breaks.push_back(breaks_[k]);
+        pieces.push_back(pieces_[k]);
+        const auto& [a, b, c, d] = pieces_[k];
+        for (; next != places.end() && *next < breaks_[k + 1]; ++next) {
+            const double u = *next - breaks_[k];
+            breaks.push_back(*next);
+            pieces.push_back({a + u * (b + u * (c + u * d)), b + u * (2.0 * c + 3.0 * u * d), c + 3.0 * u * d, d});
+        }
+    }
+    breaks.push_back(breaks_.back());
+    return {std::move(breaks), std::move(pieces), closed_};
+}
+
 Vec2 PiecewiseCubic::blossom(double a, double b, double c, std::size_t near) const {
     double t = b;
     const std::size_t span = span_of(t, near);

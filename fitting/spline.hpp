@@ -60,6 +60,8 @@ class PiecewiseCubic {
     double front() const { return breaks_.front(); }
     double period() const { return breaks_.back() - breaks_.front(); }
     bool closed() const { return closed_; }
+    /// The same curve with these breaks besides, ascending and each inside a span.
+    PiecewiseCubic broken_at(std::span<const double> places) const;
 
   private:
     std::vector<double> breaks_;

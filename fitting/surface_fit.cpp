@@ -300,8 +300,8 @@ class RowsFitter {
         }
         auto surface = Surface::make(std::move(*axis), smoother_.axis(), std::move(controls));
         if (!surface) return tl::unexpected(surface.error());
-        return SurfaceFit{std::move(*surface), std::move(freedom_), row_sigma_, std::move(scatter_),
-                          std::move(strays_)};
+        return SurfaceFit{std::move(*surface), std::move(freedom_), row_sigma_,
+                          std::move(scatter_), std::move(strays_),  alignment_.joints()};
     }
 
     std::span<const SurfaceRow> rows_;

@@ -41,6 +41,8 @@ struct SurfaceFit {
     RowScatter scatter;
     /// There the surface follows the others alone.
     std::vector<Stray> strays;
+    /// Places of u where its curvature may jump, ascending.
+    std::vector<double> joints;
 };
 
 /// Whether rows can make a surface together. Errors: fit_not_evaluable (rows that are not in order or at the same

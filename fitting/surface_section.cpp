@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "fitting/closed_curve.hpp"
+#include "fitting/closest_point.hpp"
 #include "fitting/section_mover.hpp"
 #include "fitting/slope_forecast.hpp"
 #include "fitting/surface_cut.hpp"
@@ -20,6 +21,8 @@ constexpr double section_window_share = 0.04;  // of the curve's breaks, to eith
 // Of the noise of the curve: up to there an rms distance of the surface is explained by it, from there on not at all.
 constexpr double explained_sigmas = 1.25, own_sigmas = 2.5;
 constexpr double least_scatter_freedom = 2.0;  // of a column, that its rows leave
+constexpr double joint_break_share = 0.1;      // of a span: how near the breaks at a joint are
+constexpr double clear_break_share = 0.3;      // of that: nearer to others there are none
 
 /// How well the other sections foretell a section: the polynomial through their points along each u = const.
 class NeighbourForecast {
@@ -142,6 +145,7 @@ class SurfaceLook {
           curve_(smooth_.curve) {}
 
     core::Result<SurfaceSection> run() {
+        if (auto status = break_at_joints(); !status) return tl::unexpected(status.error());
         for (std::size_t k = 0; k < curve_.spans(); ++k)
             own_.push_back(curve_.pieces()[k][0]);
         if (auto status = look_up(); !status) return tl::unexpected(status.error());
@@ -149,6 +153,42 @@ class SurfaceLook {
     }
 
   private:
+    /// Where the wall leans, the ball meets the end of an edge beside where the cut has it (0.02 mm and more): there
+    /// the movement, too, has to bend at once.
+    core::Status break_at_joints() {
+        const double r = options_.ball_radius_mm;
+        const SurfaceFit& centres = *surface_.centres();
+        const auto cut = cut_at_height(centres.surface, -r, z_mm_, centres.joints);
+        if (!cut) return tl::unexpected(cut.error());
+        const ClosestPointIndex own(curve_);
+        const auto& breaks = curve_.breaks();
+        struct Break {
+            double t, clear;  // parameter, and how far from others it has to be
+        };
+        std::vector<Break> wanted;
+        std::size_t span = 0;
+        for (const CutPoint& p : cut->points) {
+            const CurveFoot foot = own.closest(p.position.head<2>() + r * p.normal.head<2>().normalized(), span);
+            span = foot.span;
+            // The spans at the curve's own joints are narrow.
+            double widest = 0.0;
+            for (std::size_t k = span > 0 ? span - 1 : 0; k < std::min(span + 2, curve_.spans()); ++k)
+                widest = std::max(widest, breaks[k + 1] - breaks[k]);
+            const double apart = joint_break_share * widest;
+            for (const double t : {foot.t - apart, foot.t, foot.t + apart})
+                if (t > breaks.front() && t < breaks.back()) wanted.push_back({t, clear_break_share * apart});
+        }
+        std::sort(wanted.begin(), wanted.end(), [](const Break& a, const Break& b) { return a.t < b.t; });
+        std::vector<double> places;
+        for (const auto& [t, clear] : wanted) {
+            const auto above = std::upper_bound(breaks.begin(), breaks.end(), t);
+            const double last = places.empty() ? *(above - 1) : std::max(*(above - 1), places.back());
+            if (t - last > clear && *above - t > clear) places.push_back(t);
+        }
+        smooth_.curve = curve_.broken_at(places);
+        return {};
+    }
+
     /// At every break of the curve: where it belongs, and what the surface says.
     core::Status look_up() {
         const Surface& surface = surface_.centres()->surface;
@@ -221,7 +261,7 @@ class SurfaceLook {
     std::size_t row_;
     const SectionFit& flat_;
     const SectionOptions& options_;
-    const SmoothCurve& smooth_;  // of the section's ball centres, as the surface has it
+    SmoothCurve smooth_;  // of the section's ball centres, as the surface has it
     const PiecewiseCubic& curve_;
     std::vector<Vec2> own_;  // at its breaks
     SectionMovement movement_;

@@ -32,6 +32,24 @@ double worst_radius_error(std::size_t n) {
     return worst;
 }
 
+TEST(PeriodicSpline, MoreBreaksLeaveItAsItIs) {
+    core::Rng rng(5);
+    std::vector<Vec2> points;
+    for (int k = 0; k < 9; ++k)
+        points.emplace_back(rng.normal(), rng.normal());
+    const auto spline = interpolate_periodic(points, {-1.0, 0.0, 0.4, 1.0, 2.5, 3.0, 4.0, 4.2, 5.0, 7.0});
+    const auto broken = spline.broken_at(std::vector<double>{-0.5, 0.41, 0.42, 0.9, 6.0});
+    EXPECT_EQ(broken.breaks(),
+              (std::vector<double>{-1.0, -0.5, 0.0, 0.4, 0.41, 0.42, 0.9, 1.0, 2.5, 3.0, 4.0, 4.2, 5.0, 6.0, 7.0}));
+    ASSERT_EQ(broken.spans(), 14U);
+    EXPECT_TRUE(broken.closed());
+    for (int k = 0; k < 1000; ++k) {
+        const Jet was = spline.jet(-1.0 + 0.008 * k), is = broken.jet(-1.0 + 0.008 * k);
+        EXPECT_LT((was.position - is.position).norm() + (was.d1 - is.d1).norm() + (was.d2 - is.d2).norm(), 1e-12) << k;
+    }
+    EXPECT_EQ(spline.broken_at({}).breaks(), spline.breaks());
+}
+
 TEST(PeriodicSpline, ControlsAreItsBlossomsOnUnevenKnots) {
     core::Rng rng(3);
     std::vector<Vec2> points;
