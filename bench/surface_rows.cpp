@@ -14,7 +14,7 @@ using namespace fitting;
 namespace {
 
 constexpr std::size_t points_of_a_span = 3;
-constexpr int projected_rounds = 2;
+constexpr int projected_rounds = 1;  // a second changes the errors' rms by less than a nanometre
 
 /// A step of Newton's method from where the points were before; they stay in their order and within the period.
 void project(const PiecewiseCubic& curve, const std::vector<Vec2>& points, std::vector<double>& t) {

@@ -28,14 +28,15 @@ double gauss(const PiecewiseCubic::Piece& p, double from, double h) {
     return h * (Eigen::Map<const Eight>(gauss_weights.data()) * (x * x + y * y).sqrt()).sum();
 }
 
-/// Halvings that a span needs for the agreement.
-int halvings_for(const PiecewiseCubic::Piece& p, double h, double tolerance) {
+/// Halvings that a span needs for the agreement; `whole` is its length by one cell.
+int halvings_for(const PiecewiseCubic::Piece& p, double h, double whole, double tolerance) {
     for (int depth = 0; depth < most_bisections; ++depth) {
         const auto cells = static_cast<double>(1 << depth);
         double difference = 0.0;
         for (int i = 0; i < 1 << depth; ++i) {
             const double from = i * h / cells, half = 0.5 * h / cells;
-            difference += std::abs(gauss(p, from, 2.0 * half) - gauss(p, from, half) - gauss(p, from + half, half));
+            const double cell = depth == 0 ? whole : gauss(p, from, 2.0 * half);
+            difference += std::abs(cell - gauss(p, from, half) - gauss(p, from + half, half));
         }
         if (!(difference > tolerance)) return depth;
     }
@@ -53,22 +54,23 @@ ArcLength::ArcLength(const PiecewiseCubic& curve) {
     const std::size_t spans = curve.spans();
     if (spans == 0) return;
     const auto& breaks = curve.breaks();
+    std::vector<double> whole(spans);
     double rough = 0.0;
     for (std::size_t k = 0; k < spans; ++k)
-        rough += gauss(curve.pieces()[k], 0.0, breaks[k + 1] - breaks[k]);
+        rough += whole[k] = gauss(curve.pieces()[k], 0.0, breaks[k + 1] - breaks[k]);
     const double tolerance = agreement * rough / static_cast<double>(spans);
     double s = 0.0;
     first_cell_.reserve(spans + 1);
     cells_.reserve(spans + 1);
     for (std::size_t k = 0; k < spans; ++k) {
         const double h = breaks[k + 1] - breaks[k];
-        const int count = 1 << halvings_for(curve.pieces()[k], h, tolerance);
+        const int count = 1 << halvings_for(curve.pieces()[k], h, whole[k], tolerance);
         first_cell_.push_back(cells_.size());
         for (int i = 0; i < count; ++i) {
             const double from = i * h / count, to = (i + 1) * h / count;
             cells_.push_back({breaks[k] + from, s, slowness(curve.jet_in(k, breaks[k] + from)),
                               slowness(curve.jet_in(k, breaks[k] + to)), k});
-            s += gauss(curve.pieces()[k], from, to - from);
+            s += count == 1 ? whole[k] : gauss(curve.pieces()[k], from, to - from);
         }
     }
     first_cell_.push_back(cells_.size());

@@ -54,7 +54,8 @@ class BandSolver {
     }
 
     /// Adds what one span of a spline contributes; `first` + W may pass the end of a cyclic matrix.
-    void add_block(std::size_t first, const Block& block) {
+    template <class Lower>
+    void add_block(std::size_t first, const Lower& block) {
         if (cyclic_) return ring_.add_block(first, block);
         for (std::size_t a = 0; a <= W; ++a)
             for (std::size_t c = 0; c <= a; ++c)

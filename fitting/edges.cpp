@@ -17,7 +17,7 @@ constexpr double edge_turn_rad = 2.0 * std::numbers::pi / 3.0;
 constexpr double rounding_rad = 1e-9;
 constexpr double longest_share = 0.25;  // of the perimeter; a circle turns 120 degrees in a third of it
 constexpr double apart_share = 0.2;     // the two edges' middles are at least this share of the perimeter apart
-constexpr std::size_t coarse_contour_points = 600;
+constexpr std::size_t coarse_contour_points = 400;
 constexpr double transition_curvature = 0.4;  // of the edge's mean curvature
 
 /// Arc length and unwrapped direction of the normal at the points, as if the contour went on for ever: index n is point
@@ -103,11 +103,11 @@ std::optional<Window> sharpest(const Track& track, const std::optional<Window>& 
     const auto pass = [&](std::size_t from, std::size_t to, std::size_t step) {
         std::size_t j = from;
         for (std::size_t i = from; i < to; i += step) {
-            const double turned = track.forth(i) + edge_turn_rad - rounding_rad;
+            const double turned = track.forth(i) + edge_turn_rad - rounding_rad, farthest = track.s(i) + limit;
             j = std::max(j, i + step);
-            while (j < i + n && track.forth(j) < turned)
+            while (track.s(j) < farthest && track.forth(j) < turned)
                 j += step;
-            try_from(i, j, step);
+            if (track.s(j) < farthest) try_from(i, j, step);
         }
     };
     pass(0, n, 8 * stride);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fitting/least_squares.hpp"
 
-#include <Eigen/Core>
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <string>
 
 namespace cmm::fitting {
@@ -10,38 +11,36 @@ namespace {
 
 using core::ErrorCode;
 
+/// Four lanes of a vector register. GCC 12 takes a lane of an Eigen array by way of memory.
+using Four = double __attribute__((vector_size(32)));
+
+/// Over points of one span: sums of b b^T and b p^T, where b holds the four basis values. All stay in registers.
 struct SpanSums {
-    BandSolver<3>::Block gram;
-    std::array<Vec2, 4> moment;
+    std::array<Four, 4> gram;
+    Four x, y;
+
+    void add(const Four& b, const Four& heavy, double px, double py) {
+        for (std::size_t a = 0; a < 4; ++a)
+            gram[a] += heavy[a] * b;
+        x += px * heavy;
+        y += py * heavy;
+    }
 };
 
-/// Over points of one span: sums of b b^T and b p^T, where b holds the four basis values. All sums stay in registers.
 template <bool Weighted>
 SpanSums sum_span(const CubicBasis& basis, double origin, double inverse_width, std::size_t count, const double* t,
                   const double* x, const double* y, [[maybe_unused]] const double* weight) {
-    using Four = Eigen::Array4d;
-    const Four c0(basis.power[0].data()), c1(basis.power[1].data()), c2(basis.power[2].data()),
-        c3(basis.power[3].data());
-    Four g0 = Four::Zero(), g1 = g0, g2 = g0, g3 = g0, mx = g0, my = g0;
+    std::array<Four, 4> power;
+    static_assert(sizeof power == sizeof basis.power);
+    std::memcpy(&power, &basis.power, sizeof power);
+    SpanSums sums{};
     for (std::size_t i = 0; i < count; ++i) {
         const double w = (t[i] - origin) * inverse_width;
-        const Four b = c0 + w * (c1 + w * (c2 + w * c3));
-        Four heavy = b;
-        if constexpr (Weighted) heavy *= weight[i];
-        g0 += heavy[0] * b;
-        g1 += heavy[1] * b;
-        g2 += heavy[2] * b;
-        g3 += heavy[3] * b;
-        mx += x[i] * heavy;
-        my += y[i] * heavy;
-    }
-    SpanSums sums{{}, {}};
-    const std::array<const Four*, 4> rows{&g0, &g1, &g2, &g3};
-    for (int a = 0; a < 4; ++a) {
-        for (int c = 0; c <= a; ++c)
-            sums.gram[static_cast<std::size_t>(a)][static_cast<std::size_t>(c)] =
-                (*rows[static_cast<std::size_t>(a)])[c];
-        sums.moment[static_cast<std::size_t>(a)] = {mx[a], my[a]};
+        const Four b = power[0] + w * (power[1] + w * (power[2] + w * power[3]));
+        if constexpr (Weighted)
+            sums.add(b, weight[i] * b, x[i], y[i]);
+        else
+            sums.add(b, b, x[i], y[i]);
     }
     return sums;
 }
@@ -96,7 +95,7 @@ core::Status LeastSquaresSpline::add(const PointColumns& points, std::span<const
                 : sum_span<true>(bases_[k], origin, inverse_width, at - from, t, x, y, weights.data() + from);
         normal_.add_block(k, sums.gram);
         for (std::size_t a = 0; a < 4; ++a)
-            controls_[k + a < controls ? k + a : k + a - controls] += sums.moment[a];
+            controls_[k + a < controls ? k + a : k + a - controls] += Vec2(sums.x[a], sums.y[a]);
     }
     first_[count] = n;
     if (at < n)
