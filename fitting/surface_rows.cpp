@@ -11,7 +11,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr std::size_t searched_row_points = 800;
+constexpr std::size_t searched_row_points = 400;
 
 }  // namespace
 
