@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "fitting/cyclic.hpp"
+
 namespace cmm::fitting {
 namespace {
 
@@ -31,7 +33,7 @@ AreaMeasures measure_area(const MeasuredSection& section) {
     const Vec2 origin = points[0].position_mm;
     Moments sum;
     for (std::size_t i = 0; i < n; ++i) {
-        const ContourPoint &a = points[i], &b = points[(i + 1) % n];
+        const ContourPoint &a = points[i], &b = points[cyclic(i + 1, n)];
         sum.add(a.position_mm - origin, b.position_mm - origin, left_of(a.normal), left_of(b.normal));
     }
     const Vec2 centre = sum.first / sum.area;
@@ -39,7 +41,7 @@ AreaMeasures measure_area(const MeasuredSection& section) {
                      {"CENTROID: Green's theorem on the contour", origin.x() + centre.x(), {}, {}},
                      {"CENTROID: Green's theorem on the contour", origin.y() + centre.y(), {}, {}}};
     for (std::size_t i = 0; i < n; ++i) {
-        const Vec2 &before = points[(i + n - 1) % n].position_mm, &after = points[(i + 1) % n].position_mm;
+        const Vec2 &before = points[cyclic(i + n - 1, n)].position_mm, &after = points[cyclic(i + 1, n)].position_mm;
         const Vec2& p = points[i].position_mm;
         const double width = 0.5 * ((p - before).norm() + (after - p).norm());
         const Vec2 off = (p - origin - centre) / sum.area;

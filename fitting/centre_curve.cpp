@@ -9,6 +9,7 @@
 
 #include "core/text.hpp"
 #include "fitting/closest_point.hpp"
+#include "fitting/cyclic.hpp"
 #include "fitting/gaps.hpp"
 #include "fitting/ordering.hpp"
 #include "fitting/outliers.hpp"
@@ -175,7 +176,7 @@ class CentreFitter {
         const std::size_t n = points_.size();
         bool any = false;
         for (std::size_t i = 0; i < fitted_.size(); ++i) {
-            const std::size_t k = fitted_[i], before = (k + n - 1) % n, after = (k + 1) % n;
+            const std::size_t k = fitted_[i], before = cyclic(k + n - 1, n), after = cyclic(k + 1, n);
             if (reason_[k] != RejectReason::none || fit_.verdicts[index_[k]].kept) continue;
             if (reason_[before] != RejectReason::spline_residual || reason_[after] != RejectReason::spline_residual ||
                 residual_[before] * residual_[after] <= 0.0)
@@ -293,7 +294,7 @@ class CentreFitter {
         Vec2 last = smooth_.curve.pieces().front()[1];
         for (std::size_t k = 0; k < smooth_.curve.spans(); ++k) {
             for (int part = 1; part <= 4; ++part) {
-                const Vec2 now = smooth_.curve.jet(breaks[k] + 0.25 * part * (breaks[k + 1] - breaks[k])).d1;
+                const Vec2 now = smooth_.curve.jet_in(k, breaks[k] + 0.25 * part * (breaks[k + 1] - breaks[k])).d1;
                 turned += turn_angle(last, now);
                 last = now;
             }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "fitting/centre_curve.hpp"
+#include "fitting/cyclic.hpp"
 #include "fitting/settled_rows.hpp"
 #include "fitting/surface_cut.hpp"
 
@@ -28,7 +29,7 @@ std::vector<double> spread(const PlaneCut& cut, double period, std::size_t count
     const std::size_t n = cut.points.size();
     std::vector<double> length(n + 1, 0.0), turn(n + 1, 0.0);
     for (std::size_t k = 0; k < n; ++k) {
-        const CutPoint &a = cut.points[k], &b = cut.points[(k + 1) % n];
+        const CutPoint &a = cut.points[k], &b = cut.points[cyclic(k + 1, n)];
         length[k + 1] = length[k] + (b.position - a.position).norm();
         turn[k + 1] = turn[k] + std::abs(turn_angle(a.normal.head<2>(), b.normal.head<2>()));
     }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "fitting/cyclic.hpp"
 #include "fitting/offset.hpp"
 
 namespace cmm::fitting {
@@ -72,7 +73,7 @@ class RowPoints {
         double best_squared = std::numeric_limits<double>::max();
         const std::size_t n = points_.size();
         for (std::size_t i = 0; i < n; ++i) {
-            const std::size_t next = (i + 1) % n;
+            const std::size_t next = cyclic(i + 1, n);
             const Vec2 &a = points_[i], along = points_[next] - a;
             if (!(right_normal(along).dot(outward) > 0.0)) continue;
             const double share = std::clamp((p - a).dot(along) / along.squaredNorm(), 0.0, 1.0);

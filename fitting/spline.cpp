@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "fitting/cyclic.hpp"
+
 namespace cmm::fitting {
 
 PiecewiseCubic::PiecewiseCubic(std::vector<double> breaks, std::vector<Piece> pieces, bool closed)
@@ -61,7 +63,7 @@ Vec2 PiecewiseCubic::blossom(double a, double b, double c, std::size_t near) con
 std::vector<double> chord_parameters(std::span<const Vec2> points, bool closed) {
     std::vector<double> t(points.size() + (closed ? 1 : 0), 0.0);
     for (std::size_t i = 1; i < t.size(); ++i)
-        t[i] = t[i - 1] + (points[i % points.size()] - points[i - 1]).norm();
+        t[i] = t[i - 1] + (points[cyclic(i, points.size())] - points[i - 1]).norm();
     return t;
 }
 
@@ -72,7 +74,7 @@ std::vector<PiecewiseCubic::Piece> pieces_from(std::span<const Vec2> points, con
                                                const std::vector<Vec2>& second) {
     std::vector<PiecewiseCubic::Piece> pieces(t.size() - 1);
     for (std::size_t k = 0; k < pieces.size(); ++k) {
-        const std::size_t next = (k + 1) % points.size();
+        const std::size_t next = cyclic(k + 1, points.size());
         const double h = t[k + 1] - t[k];
         pieces[k] = {points[k], (points[next] - points[k]) / h - h / 6.0 * (2.0 * second[k] + second[next]),
                      0.5 * second[k], (second[next] - second[k]) / (6.0 * h)};
@@ -86,7 +88,7 @@ PeriodicInterpolation::PeriodicInterpolation(std::vector<double> parameters)
     : parameters_(std::move(parameters)), second_(parameters_.size() - 1, true) {
     const std::size_t n = second_.size();
     for (std::size_t k = 0; k < n; ++k) {
-        const std::size_t next = (k + 1) % n;
+        const std::size_t next = cyclic(k + 1, n);
         const double h = width(k);
         second_.add(k, k, h / 3.0);
         second_.add(next, next, h / 3.0);

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <string>
 
+#include "fitting/cyclic.hpp"
+
 namespace cmm::fitting {
 
 using core::ErrorCode;
@@ -49,7 +51,7 @@ core::Result<Surface> Surface::make(CubicAxis u, CubicAxis v, std::vector<Vec3> 
     surface.controls_.reserve(surface.stride_ * v.controls());
     for (std::size_t j = 0; j < v.controls(); ++j)
         for (std::size_t i = 0; i < surface.stride_; ++i) {
-            const Vec3& c = controls[j * n + i % n];
+            const Vec3& c = controls[j * n + cyclic(i, n)];
             if (!c.allFinite()) return refuse("a control is not finite");
             surface.controls_.emplace_back(c.x(), c.y(), c.z(), 0.0);
         }

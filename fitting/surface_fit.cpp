@@ -13,6 +13,7 @@
 #include "core/text.hpp"
 #include "fitting/column_smoother.hpp"
 #include "fitting/curvature_joints.hpp"
+#include "fitting/cyclic.hpp"
 #include "fitting/knot_spacing.hpp"
 #include "fitting/row_alignment.hpp"
 #include "fitting/row_columns.hpp"
@@ -128,7 +129,8 @@ class RowsFitter {
             for (std::size_t k = 0; k < m; ++k) {
                 const RowColumns::Four left = left_of(b, k);
                 for_columns_of(b, [&](Eigen::Index lane, std::size_t i) {
-                    const Vec2 along = (columns_.at((i + 1) % n, k) - columns_.at((i + n - 1) % n, k)).normalized();
+                    const Vec2 along =
+                        (columns_.at(cyclic(i + 1, n), k) - columns_.at(cyclic(i + n - 1, n), k)).normalized();
                     moved[k][i] -= along.dot(left.row(lane).matrix());
                 });
             }
@@ -147,7 +149,7 @@ class RowsFitter {
         normals_.reset(n, m);
         for (std::size_t i = 0; i < n; ++i)
             for (std::size_t k = 0; k < m; ++k) {
-                const Vec2 along = columns_.at((i + 1) % n, k) - columns_.at((i + n - 1) % n, k);
+                const Vec2 along = columns_.at(cyclic(i + 1, n), k) - columns_.at(cyclic(i + n - 1, n), k);
                 const std::size_t above = std::min(k + 1, m - 1), below = k > 0 ? k - 1 : 0;
                 const Vec2 across = columns_.at(i, above) - columns_.at(i, below);
                 const double rise = rows_[above].z_mm() - rows_[below].z_mm();
@@ -184,7 +186,7 @@ class RowsFitter {
         for (std::size_t i = 0; i < n; ++i) {
             near.clear();
             for (std::size_t j = 0; j <= 2 * window; ++j)
-                near.push_back(median[(i + n + j - window) % n]);
+                near.push_back(median[cyclic(cyclic(i + n - window, n) + j, n)]);
             scale[i] = nth_smallest(near, window) / 0.6745;
         }
         std::vector<std::size_t> strays(n, 0);  // of each column
@@ -250,7 +252,7 @@ class RowsFitter {
             for (std::size_t i = 0; i < n; ++i) {
                 double sum = 0.0;
                 for (std::size_t j = 0; j <= 2 * window; ++j)
-                    sum += squares[(i + n + j - window) % n];
+                    sum += squares[cyclic(cyclic(i + n - window, n) + j, n)];
                 const double score = free > 0.5 ? sum / (free * free) : std::numeric_limits<double>::infinity();
                 if (freedom_[i] > 0.0 && !(score < best[i])) continue;
                 best[i] = score;

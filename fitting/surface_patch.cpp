@@ -7,6 +7,8 @@
 #include <limits>
 #include <span>
 
+#include "fitting/cyclic.hpp"
+
 namespace cmm::fitting {
 namespace {
 
@@ -73,7 +75,7 @@ PatchBounds::PatchBounds(const Surface& surface, const PatchDomain& domain) : do
         for (std::size_t k = 0; k < 4; ++k) {
             row[k].setZero();
             for (std::size_t a = 0; a < 4; ++a)
-                row[k] += bu[k][a] * surface.control((i + a) % n, j + b);
+                row[k] += bu[k][a] * surface.control(cyclic(i + a, n), j + b);
         }
         for (std::size_t k = 0; k < 4; ++k)
             for (std::size_t l = 0; l < 4; ++l)
