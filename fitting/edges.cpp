@@ -17,7 +17,7 @@ constexpr double edge_turn_rad = 2.0 * std::numbers::pi / 3.0;
 constexpr double rounding_rad = 1e-9;
 constexpr double longest_share = 0.25;  // of the perimeter; a circle turns 120 degrees in a third of it
 constexpr double apart_share = 0.2;     // the two edges' middles are at least this share of the perimeter apart
-constexpr std::size_t coarse_contour_points = 400;
+constexpr std::size_t coarse_contour_points = 600;
 constexpr double transition_curvature = 0.4;  // of the edge's mean curvature
 
 /// Arc length and unwrapped direction of the normal at the points, as if the contour went on for ever: index n is point
