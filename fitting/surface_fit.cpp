@@ -354,11 +354,12 @@ SurfaceDeviation deviation_of(const Surface& surface, std::span<const Vec3> poin
     std::optional<SurfaceIndex> index;
     SearchCost cost;
     SurfacePlace last = middle;
+    SurfaceSpans near;
     std::vector<double> off;
     off.reserve(points.size());
     double sum = 0.0, squares = 0.0;
     for (const Vec3& p : points) {
-        auto foot = newton_foot(surface, p, warm ? last : middle, &cost);
+        auto foot = newton_foot(surface, p, warm ? last : middle, near, &cost);
         // No foot is farther off than it is away: one as near as the others needs no second look.
         if (off.empty() || !foot || foot->squared * static_cast<double>(off.size()) > doubtful * doubtful * squares) {
             if (!index) index.emplace(surface);

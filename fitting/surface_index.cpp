@@ -27,9 +27,9 @@ constexpr double least_width = 1e-10;
 // Cells of the order in which scattered points are visited, per axis; fewer points are not worth a sort.
 constexpr double patch_grid_cells = 32.0, cells_of_a_jump = 4.0;
 constexpr std::size_t cubes = 32 * 32 * 32, least_in_order = 512;
-// More than rounding to single precision does to a coordinate and to the square of a distance. Beyond
-// `farthest_exact_mm` it would leave nothing: boxes then exclude nothing.
-constexpr double rounding_of_float = 0x1p-22, farthest_exact_mm = 1e6;
+// More than rounding to single precision does to a coordinate and to the square of a distance; and than reckoning in it
+// does to a distance, as a share of the largest coordinate. Beyond `farthest_exact_mm` nothing is excluded by it.
+constexpr double rounding_of_float = 0x1p-22, single_precision = 0x1p-19, farthest_exact_mm = 1e6;
 
 /// Gradient and second derivatives of |S - p|^2 / 2.
 struct Slope {
@@ -92,6 +92,31 @@ std::pair<PatchDomain, PatchDomain> halves(const PatchDomain& domain, bool in_u)
     return {first, second};
 }
 
+/// Of a patch's box.
+struct Middle {
+    Vec3 at;
+    std::size_t patch;
+};
+
+/// Across the longest extent, where a box ends that holds so many; each half again.
+void halve(std::span<Middle> middles, std::size_t held) {
+    while (held >= middles.size() && held > 1)
+        held /= PatchGroup::size;
+    if (middles.size() < 2) return;
+    const std::size_t first = (middles.size() + held - 1) / held / 2 * held;
+    Vec3 low = middles[0].at, high = low;
+    for (const Middle& middle : middles) {
+        low = low.cwiseMin(middle.at);
+        high = high.cwiseMax(middle.at);
+    }
+    Eigen::Index axis = 0;
+    (high - low).maxCoeff(&axis);
+    std::nth_element(middles.begin(), middles.begin() + static_cast<std::ptrdiff_t>(first), middles.end(),
+                     [axis](const Middle& a, const Middle& b) { return a.at[axis] < b.at[axis]; });
+    halve(middles.first(first), held);
+    halve(middles.subspan(first), held);
+}
+
 bool held(double at, double low, double high, double gradient) {
     return (at <= low && gradient > 0.0) || (at >= high && gradient < 0.0);
 }
@@ -99,10 +124,12 @@ bool held(double at, double low, double high, double gradient) {
 }  // namespace
 
 std::optional<SurfaceFoot> newton_foot(const Surface& surface, const Vec3& p, const SurfacePlace& start,
-                                       SearchCost* cost) {
+                                       SurfaceSpans& near, SearchCost* cost) {
     const CubicAxis &axis_u = surface.u(), &axis_v = surface.v();
     SurfacePlace at{axis_u.inside(start.u), axis_v.inside(start.v)};
-    std::size_t i = axis_u.span_of(at.u, axis_u.spans() / 2), j = axis_v.span_of(at.v, axis_v.spans() / 2);
+    auto& [i, j] = near;
+    i = axis_u.span_of(at.u, i);
+    j = axis_v.span_of(at.v, j);
     for (int step = 0; step < most_foot_steps; ++step) {
         const SurfaceJet jet = surface.jet_in(i, j, at);
         const Vec3 r = jet.position - p;
@@ -126,12 +153,11 @@ std::optional<SurfaceFoot> newton_foot(const Surface& surface, const Vec3& p, co
 
 SurfaceIndex::SurfaceIndex(const Surface& surface) : surface_(surface) {
     const CubicAxis &u = surface.u(), &v = surface.v();
-    // Neighbours in both directions follow each other: blocks of four by two spans.
-    for (std::size_t j = 0; j < v.spans(); j += 2)
-        for (std::size_t i = 0; i < u.spans(); i += 4)
-            for (std::size_t b = j; b < std::min(j + 2, v.spans()); ++b)
-                for (std::size_t a = i; a < std::min(i + 4, u.spans()); ++a)
-                    add_patches({a, b, u.low(a), u.high(a), v.low(b), v.high(b)}, 0);
+    patches_.reserve(u.spans() * v.spans());
+    for (std::size_t j = 0; j < v.spans(); ++j)
+        for (std::size_t i = 0; i < u.spans(); ++i)
+            add_patches({i, j, u.low(i), u.high(i), v.low(j), v.high(j)}, 0);
+    bring_neighbours_together();
     build_tree();
 }
 
@@ -146,11 +172,34 @@ void SurfaceIndex::add_patches(const PatchDomain& domain, int depth) {
     add_patches(second, depth + 1);
 }
 
+/// Patches that are near each other come into one group, and groups that are into one of the level above.
+void SurfaceIndex::bring_neighbours_together() {
+    std::vector<Middle> middles;
+    middles.reserve(patches_.size());
+    for (const PatchBounds& patch : patches_)
+        middles.push_back({0.5 * (patch.low() + patch.high()), middles.size()});
+    std::size_t held = 1;
+    while (group_size * held < patches_.size())
+        held *= group_size;
+    halve(middles, held);
+    // In place, cycle by cycle: they are large.
+    for (std::size_t k = 0; k < patches_.size(); ++k)
+        for (std::size_t to = k, from = 0; middles[to].patch != to; to = from) {
+            from = std::exchange(middles[to].patch, to);
+            if (from != k) std::swap(patches_[to], patches_[from]);
+        }
+}
+
 void SurfaceIndex::build_tree() {
-    std::vector<Vec3> low, high;
-    for (const PatchBounds& patch : patches_) {
-        low.push_back(patch.low());
-        high.push_back(patch.high());
+    groups_.resize((patches_.size() + group_size - 1) / group_size);
+    std::vector<Vec3> low(groups_.size(), Vec3::Constant(no_bound)), high(groups_.size(), -low[0]);
+    for (std::size_t k = 0; k < patches_.size(); ++k) {
+        const std::size_t g = k / group_size;
+        groups_[g].set(k % group_size, patches_[k]);
+        low[g] = low[g].cwiseMin(patches_[k].low());
+        high[g] = high[g].cwiseMax(patches_[k].high());
+        extent_ =
+            std::max({extent_, patches_[k].low().cwiseAbs().maxCoeff(), patches_[k].high().cwiseAbs().maxCoeff()});
     }
     do {
         std::vector<Group> groups((low.size() + group_size - 1) / group_size);
@@ -181,16 +230,26 @@ void SurfaceIndex::Best::take(const SurfaceFoot& found, bool minimum) {
     stationary = minimum;
     distance = std::sqrt(found.squared);
     limit = distance - indifferent_foot_mm - indifferent_share * distance;
+    limit_above = float_above(std::max(limit, 0.0));
     limit_squared = limit > 0.0 ? static_cast<float>(limit * limit * (1.0 + 8.0 * rounding_of_float)) : 0.0F;
 }
 
 SurfaceFoot SurfaceIndex::closest(const Vec3& p, const std::optional<SurfacePlace>& hint, SearchCost* cost) const {
+    SurfaceSpans near{surface_.u().spans() / 2, surface_.v().spans() / 2};
+    return foot_of(p, hint, near, cost);
+}
+
+SurfaceFoot SurfaceIndex::foot_of(const Vec3& p, const std::optional<SurfacePlace>& hint, SurfaceSpans& near,
+                                  SearchCost* cost) const {
     Best best{{{surface_.u().front(), surface_.v().front()}, no_bound}};
     if (!p.allFinite() || p.cwiseAbs().maxCoeff() > 1e100) return best.foot;
     if (hint)
-        if (const auto foot = newton_foot(surface_, p, *hint, &best.cost)) best.take(*foot, true);
+        if (const auto foot = newton_foot(surface_, p, *hint, near, &best.cost)) best.take(*foot, true);
     const double by_newton = best.distance;
-    search(p, Rounded(p), levels_.size() - 1, 0, best);
+    const Rounded rounded(p, extent_);
+    if (!std::isfinite(best.distance)) approach(p, rounded, best);
+    const std::uint32_t root = 0;
+    search(p, rounded, levels_.size() - 1, {&root, 1}, best);
     settle(p, best);
     if (cost != nullptr) {
         cost->steps += best.cost.steps;
@@ -201,50 +260,89 @@ SurfaceFoot SurfaceIndex::closest(const Vec3& p, const std::optional<SurfacePlac
     return best.foot;
 }
 
-SurfaceIndex::Rounded::Rounded(const Vec3& p) {
-    const bool far = p.cwiseAbs().maxCoeff() > farthest_exact_mm;
+SurfaceIndex::Rounded::Rounded(const Vec3& p, double extent) {
+    const double size = std::max(p.cwiseAbs().maxCoeff(), extent);
+    const bool far = size > farthest_exact_mm;
+    slack = far ? std::numeric_limits<float>::infinity() : static_cast<float>(single_precision * size);
     for (std::size_t axis = 0; axis < 3; ++axis) {
         const double at = p[static_cast<Eigen::Index>(axis)];
-        low[axis] = far ? -std::numeric_limits<float>::infinity() : float_below(at);
-        high[axis] = far ? std::numeric_limits<float>::infinity() : float_above(at);
+        low[axis] = far ? std::numeric_limits<float>::lowest() : float_below(at);
+        high[axis] = far ? std::numeric_limits<float>::max() : float_above(at);
+        middle[axis] = far ? 0.0F : static_cast<float>(at);
     }
 }
 
-void SurfaceIndex::search(const Vec3& p, const Rounded& rounded, std::size_t level, std::size_t group,
-                          Best& best) const {
-    const Group& boxes = levels_[level][group];
-    Lanes squared = Lanes::Zero();
+SurfaceIndex::Lanes SurfaceIndex::Group::squares(const Rounded& p) const {
+    Lanes sum = Lanes::Zero();
     for (std::size_t axis = 0; axis < 3; ++axis) {
-        const Lanes away = (boxes.low[axis] - rounded.high[axis]).max(rounded.low[axis] - boxes.high[axis]).max(0.0F);
-        squared += away * away;
+        const Lanes away = (low[axis] - p.high[axis]).max(p.low[axis] - high[axis]).max(0.0F);
+        sum += away * away;
     }
-    // Those that matter, without a branch for each; then the nearest of them first.
-    std::array<int, group_size> left;
+    return sum;
+}
+
+/// Without proof: down the tree to a patch of what seems nearest.
+void SurfaceIndex::approach(const Vec3& p, const Rounded& rounded, Best& best) const {
+    std::size_t box = 0;
+    for (std::size_t level = levels_.size(); level-- > 0;) {
+        int nearest = 0;
+        levels_[level][box].squares(rounded).minCoeff(&nearest);
+        box = group_size * box + static_cast<std::size_t>(nearest);
+    }
+    minimise(p, patches_[group_size * box].domain(), best);
+}
+
+/// All of these groups that could be nearer. No branch depends on a box: which of them matter is not to be foretold.
+void SurfaceIndex::search(const Vec3& p, const Rounded& rounded, std::size_t level,
+                          std::span<const std::uint32_t> groups, Best& best) const {
+    std::array<std::uint32_t, group_size * most_groups_at_once> left;
+    while (!groups.empty()) {
+        const auto now = groups.first(std::min<std::size_t>(groups.size(), most_groups_at_once));
+        groups = groups.subspan(now.size());
+        std::size_t count = 0;
+        for (const std::uint32_t group : now) {
+            const Lanes squares = levels_[level][group].squares(rounded);
+            for (std::uint32_t k = 0; k < group_size; ++k) {
+                left[count] = group_size * group + k;
+                count += squares[k] < best.limit_squared;
+            }
+        }
+        const std::span<const std::uint32_t> below(left.data(), count);
+        if (level > 0)
+            search(p, rounded, level - 1, below, best);
+        else
+            look_at(p, rounded, below, best);
+    }
+}
+
+/// Their patches that could be nearer, the nearest first.
+void SurfaceIndex::look_at(const Vec3& p, const Rounded& rounded, std::span<const std::uint32_t> groups,
+                           Best& best) const {
+    std::array<std::uint32_t, group_size * group_size * most_groups_at_once> left;
+    std::array<float, left.size()> away;
     std::size_t count = 0;
-    for (int k = 0; k < static_cast<int>(group_size); ++k) {
-        left[count] = k;
-        count += squared[k] < best.limit_squared;
+    for (const std::uint32_t group : groups) {
+        const Lanes least = groups_[group].least_distances(rounded.middle);
+        for (std::uint32_t k = 0; k < group_size; ++k) {
+            left[count] = group_size * group + k;
+            away[count] = least[k];
+            count += !(least[k] > best.limit_above + rounded.slack) & (left[count] < patches_.size());
+        }
     }
     while (count > 0) {
-        std::size_t nearest = 0;
-        for (std::size_t k = 1; k < count; ++k)
-            if (squared[left[k]] < squared[left[nearest]]) nearest = k;
-        const int box = left[nearest];
-        if (!(squared[box] < best.limit_squared)) return;
-        left[nearest] = left[--count];
-        const std::size_t index = group_size * group + static_cast<std::size_t>(box);
-        if (level > 0)
-            search(p, rounded, level - 1, index, best);
-        else
-            visit(p, patches_[index], best);
+        const auto nearest = std::min_element(away.begin(), away.begin() + count) - away.begin();
+        if (away[nearest] > best.limit_above + rounded.slack) return;
+        visit(p, patches_[left[nearest]], best);
+        --count;
+        left[nearest] = left[count];
+        away[nearest] = away[count];
     }
 }
 
 void SurfaceIndex::visit(const Vec3& p, const PatchBounds& patch, Best& best) const {
-    const double least = patch.least_distance(p);
-    if (!(least < best.limit)) return;
+    if (!patch.nearer_than(best.limit, p)) return;
     if (patch.convex_for(p)) return minimise(p, patch.domain(), best);
-    best.undecided.push_back({least, patch});
+    best.undecided.push_back({patch.least_distance(p), patch});
     std::push_heap(best.undecided.begin(), best.undecided.end(), farther<Undecided>);
 }
 
@@ -353,9 +451,10 @@ std::vector<std::uint32_t> SurfaceIndex::neighbours_first(std::span<const Vec3> 
 void SurfaceIndex::closest(std::span<const Vec3> points, std::span<SurfaceFoot> feet, SearchCost* cost) const {
     const std::vector<std::uint32_t> order = neighbours_first(points);
     std::optional<SurfacePlace> last, hint;
+    SurfaceSpans near;
     for (std::size_t k = 0; k < points.size(); ++k) {
         const std::size_t i = order.empty() ? k : order[k];
-        feet[i] = closest(points[i], hint, cost);
+        feet[i] = foot_of(points[i], hint, near, cost);
         const SurfacePlace& now = feet[i].place;
         hint = now;
         // A scan goes on as it went.

@@ -28,11 +28,16 @@ struct SearchCost {
     std::size_t split = 0;     ///< patches that had to be split for the proof
 };
 
+/// Spans of a surface's axes near which to look for those that hold a place.
+struct SurfaceSpans {
+    std::size_t u = 0, v = 0;
+};
+
 /// Newton's method for the foot of p from a start (seed 001, B12: g = (S_u.r, S_v.r) = 0 with the second derivatives in
 /// the matrix; the first fundamental form instead where that is not positive definite), clamped to the domain. None:
-/// not converged within 20 steps.
+/// not converged within 20 steps. `near` becomes where it ended.
 std::optional<SurfaceFoot> newton_foot(const Surface& surface, const Vec3& p, const SurfacePlace& start,
-                                       SearchCost* cost = nullptr);
+                                       SurfaceSpans& near, SearchCost* cost = nullptr);
 
 /// Finds the nearest point of the whole surface, to half a nanometre of distance, with proof: patches are skipped only
 /// when a certified bound says that nothing of them is nearer (box; parallelogram and deviation), settled by Newton's
@@ -50,16 +55,19 @@ class SurfaceIndex {
     void closest(std::span<const Vec3> points, std::span<SurfaceFoot> feet, SearchCost* cost = nullptr) const;
 
   private:
-    static constexpr std::size_t group_size = 8;
-    /// Boxes in single precision, which twice as many lanes hold, rounded outwards.
-    using Lanes = Eigen::Array<float, group_size, 1>;
+    static constexpr std::uint32_t group_size = PatchGroup::size, most_groups_at_once = 32;
+    /// Single precision, of which twice as many lanes hold.
+    using Lanes = PatchGroup::Lanes;
+    /// A point in single precision: between which numbers it lies, and by how much what is reckoned with it may be off.
+    struct Rounded {
+        Rounded(const Vec3& p, double extent);
+        std::array<float, 3> low, high, middle;
+        float slack;
+    };
+    /// Boxes, rounded outwards.
     struct Group {
         Lanes low[3], high[3];
-    };
-    /// A point in single precision lies between these.
-    struct Rounded {
-        explicit Rounded(const Vec3& p);
-        std::array<float, 3> low, high;
+        Lanes squares(const Rounded& p) const;  // of the distances to them
     };
     struct Undecided {
         double least;
@@ -70,16 +78,23 @@ class SurfaceIndex {
         SurfaceFoot foot;
         double distance = nothing_yet;
         double limit = nothing_yet;                                    // what is not nearer than this does not matter
-        float limit_squared = std::numeric_limits<float>::infinity();  // nor a box that is not, rounding included
+        float limit_above = std::numeric_limits<float>::infinity();    // in single precision, rounding included
+        float limit_squared = std::numeric_limits<float>::infinity();  // the same
         bool stationary = false;  // the foot is a minimum of its own, not the end of a patch
         SearchCost cost = {};
         std::vector<Undecided> undecided = {};  // a heap, the nearest first
         void take(const SurfaceFoot& found, bool minimum);
     };
     void add_patches(const PatchDomain& domain, int depth);
+    void bring_neighbours_together();
     void build_tree();
+    SurfaceFoot foot_of(const Vec3& p, const std::optional<SurfacePlace>& hint, SurfaceSpans& near,
+                        SearchCost* cost) const;
     std::vector<std::uint32_t> neighbours_first(std::span<const Vec3> points) const;
-    void search(const Vec3& p, const Rounded& rounded, std::size_t level, std::size_t group, Best& best) const;
+    void approach(const Vec3& p, const Rounded& rounded, Best& best) const;
+    void search(const Vec3& p, const Rounded& rounded, std::size_t level, std::span<const std::uint32_t> groups,
+                Best& best) const;
+    void look_at(const Vec3& p, const Rounded& rounded, std::span<const std::uint32_t> groups, Best& best) const;
     void visit(const Vec3& p, const PatchBounds& patch, Best& best) const;
     void settle(const Vec3& p, Best& best) const;
     void sound(const Vec3& p, const PatchDomain& domain, Best& best) const;
@@ -87,7 +102,9 @@ class SurfaceIndex {
 
     const Surface& surface_;
     std::vector<PatchBounds> patches_;
-    std::vector<std::vector<Group>> levels_;
+    std::vector<PatchGroup> groups_;
+    std::vector<std::vector<Group>> levels_;  // boxes of the groups, of these by eight, and so on to one
+    double extent_ = 0.0;                     // no coordinate is larger
 };
 
 }  // namespace cmm::fitting

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 
@@ -20,12 +21,16 @@ struct PatchDomain {
 /// What is certain about a patch S(x, y), x and y in [0, 1], from the hulls of the Bezier points of S and of its
 /// derivatives: a parallelogram it stays close to, and bounds of the second derivatives of |S - p|^2 / 2.
 class PatchBounds {
+    friend class PatchGroup;
+
   public:
     PatchBounds() = default;
     PatchBounds(const Surface& surface, const PatchDomain& domain);
 
     /// Nothing of the patch is nearer to p than this: distance to the parallelogram less the deviation from it, mm.
     double least_distance(const Vec3& p) const;
+    /// Whether that is less than `limit`, for less work.
+    bool nearer_than(double limit, const Vec3& p) const;
     /// |S - p|^2 is convex on the patch: then it has one minimum there.
     bool convex_for(const Vec3& p) const;
 
@@ -40,10 +45,11 @@ class PatchBounds {
     using Grid = std::array<std::array<Vec3, 4>, 4>;
     void bound_shape(const Grid& points);
     void bound_bending(const Grid& points);
+    double square_to_parallelogram(const Vec3& from_centre) const;
 
     PatchDomain domain_;
     Vec3 centre_, normal_, across_a_, across_b_;  // of the parallelogram: unit normal of its plane and of its strips
-    double half_a_ = 0.0, half_b_ = 0.0, cosine_ = 0.0, reach_ = 0.0, deviation_ = 0.0;
+    double half_a_ = 0.0, half_b_ = 0.0, cosine_ = 0.0, wedge_ = 0.0, reach_ = 0.0, deviation_ = 0.0;
     /// Second derivatives: mean, radius of their hull, least (or largest magnitude) of what does not depend on p.
     struct Bending {
         Vec3 mean = Vec3::Zero();
@@ -52,6 +58,25 @@ class PatchBounds {
     Bending uu_, uv_, vv_;
     Vec3 low_, high_;
     double turn_u_ = 0.0, turn_v_ = 0.0;
+};
+
+/// The parallelograms of eight patches in single precision, for a first look at all of them at once.
+class PatchGroup {
+  public:
+    static constexpr std::size_t size = 8;
+    using Lanes = Eigen::Array<float, size, 1>;
+
+    void set(std::size_t lane, const PatchBounds& patch);
+    /// PatchBounds::least_distance from the parallelogram alone, too large by no more than single precision costs:
+    /// 2^-19 of the largest coordinate. Lanes that were not set tell nothing.
+    Lanes least_distances(const std::array<float, 3>& p) const;
+
+  private:
+    struct Vectors {
+        Lanes x = Lanes::Zero(), y = Lanes::Zero(), z = Lanes::Zero();
+    };
+    Vectors centre_, normal_, across_a_, across_b_;
+    Lanes half_a_ = Lanes::Zero(), half_b_ = Lanes::Zero(), deviation_ = Lanes::Zero();
 };
 
 }  // namespace cmm::fitting

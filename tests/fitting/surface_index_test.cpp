@@ -111,6 +111,72 @@ TEST(SurfaceIndex, FindsTheFootOfPointsOffATorusPatch) {
     }
 }
 
+TEST(SurfaceIndex, FarFromTheOriginAsWell) {
+    for (const double away : {3e4, 5e5, 3e6}) {
+        const Vec3 origin(away, -0.7 * away, 0.4 * away);
+        const Surface torus = spline_of(
+            [&](double u, double v) -> Vec3 {
+                const double r = 8 + 2 * std::cos(v - 1);
+                return origin + Vec3(r * std::cos(u), r * std::sin(u), 2 * std::sin(v - 1));
+            },
+            3.0, 120, false, 2, 80);
+        const SurfaceIndex index(torus);
+        core::Rng rng(7);
+        for (int k = 0; k < 20; ++k) {
+            const SurfacePlace at{rng.uniform(0.01, 2.99), rng.uniform(0.01, 1.99)};
+            const double off = rng.uniform(-1.5, 4);
+            const Vec3 p = torus.position(at) + off * torus.jet(at).normal();
+            EXPECT_NEAR(std::sqrt(index.closest(p).squared), std::abs(off), 1e-14 * away + 1e-8) << away;
+            EXPECT_NEAR(std::sqrt(index.closest(p, SurfacePlace{1, 1}).squared), std::abs(off), 1e-14 * away + 1e-8);
+        }
+    }
+}
+
+TEST(PatchGroup, IsNeverMoreThanThePatchesSay) {
+    const families::TwistedBlade blade(families::Family::fan, 2);
+    const Surface s = blade_surface(blade, 60, 12);
+    core::Rng rng(8);
+    double loosest = 0.0;
+    for (int k = 0; k < 200; ++k) {
+        PatchGroup group;
+        std::vector<PatchBounds> patches;
+        for (std::size_t lane = 0; lane < PatchGroup::size; ++lane) {
+            const std::size_t i = rng.below(s.u().spans()), j = rng.below(s.v().spans());
+            patches.emplace_back(s, PatchDomain{i, j, s.u().low(i), s.u().high(i), s.v().low(j), s.v().high(j)});
+            group.set(lane, patches.back());
+        }
+        const Vec3 p(rng.uniform(-60, 60), rng.uniform(-60, 60), rng.uniform(-10, 10 + blade.height()));
+        const auto least = group.least_distances({float(p.x()), float(p.y()), float(p.z())});
+        double size = p.cwiseAbs().maxCoeff();
+        for (const PatchBounds& patch : patches)
+            size = std::max({size, patch.low().cwiseAbs().maxCoeff(), patch.high().cwiseAbs().maxCoeff()});
+        for (std::size_t lane = 0; lane < PatchGroup::size; ++lane) {
+            const double exact = patches[lane].least_distance(p);
+            EXPECT_LT(least[Eigen::Index(lane)], exact + 0x1p-19 * size);
+            loosest = std::max(loosest, (exact - least[Eigen::Index(lane)]) / std::max(exact, 1.0));
+        }
+    }
+    EXPECT_LT(loosest, 0.5) << "corners and spheres are left out, not more";
+}
+
+TEST(PatchBounds, NearerThanIsWhatTheLeastDistanceSays) {
+    const families::TwistedBlade blade(families::Family::turbine, 2);
+    const Surface s = blade_surface(blade, 60, 12);
+    core::Rng rng(9);
+    for (int k = 0; k < 2000; ++k) {
+        const std::size_t i = rng.below(s.u().spans()), j = rng.below(s.v().spans());
+        const PatchBounds patch(s, {i, j, s.u().low(i), s.u().high(i), s.v().low(j), s.v().high(j)});
+        const Vec3 p(rng.uniform(-60, 60), rng.uniform(-60, 60), rng.uniform(-10, 10 + blade.height()));
+        const double least = patch.least_distance(p);
+        EXPECT_TRUE(patch.nearer_than(least + 1e-9, p));
+        EXPECT_FALSE(patch.nearer_than(least - 1e-9, p));
+    }
+    const PatchBounds patch(s, {3, 3, s.u().low(3), s.u().high(3), s.v().low(3), s.v().high(3)});
+    const Vec3 on = s.position({s.u().low(3), s.v().low(3)});
+    EXPECT_TRUE(patch.nearer_than(1e-9, on));
+    EXPECT_FALSE(patch.nearer_than(-10.0, on)) << "nothing is nearer than less than nothing";
+}
+
 TEST(SurfaceIndex, NothingIsNearerOnAnEllipsoid) {
     const Surface s = spline_of(
         [](double u, double v) {
@@ -170,13 +236,14 @@ TEST(SurfaceIndex, NewtonFromAnywhereSaysWhenItFails) {
     const Surface s = blade_surface(blade, 400, 16);
     core::Rng rng(6);
     SearchCost warm, cold;
+    SurfaceSpans near;
     for (int k = 0; k < 500; ++k) {
         const SurfacePlace at{rng.uniform(0, 1), rng.uniform(1, blade.height() - 1)};
         const Vec3 p = s.position(at) + 1e-3 * s.jet(at).normal();
-        const auto foot = newton_foot(s, p, {at.u + 1e-4, at.v + 0.01}, &warm);
+        const auto foot = newton_foot(s, p, {at.u + 1e-4, at.v + 0.01}, near, &warm);
         ASSERT_TRUE(foot);
         EXPECT_NEAR(foot->squared, 1e-6, 1e-12);
-        const auto far = newton_foot(s, p, {rng.uniform(0, 1), rng.uniform(0, blade.height())}, &cold);
+        const auto far = newton_foot(s, p, {rng.uniform(0, 1), rng.uniform(0, blade.height())}, near, &cold);
         EXPECT_TRUE(!far || far->squared > 0.99e-6);
     }
     EXPECT_LT(warm.steps, 4 * 500U);
