@@ -8,6 +8,7 @@
 #include "cad/spline_body.hpp"
 #include "fitting/smoothing.hpp"
 #include "fitting/surface_fit.hpp"
+#include "fitting/surface_index.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -24,14 +25,43 @@ core::Result<fitting::SurfaceRow> surface_row(const SectionResult& section) {
                                      section.fit->te_point_mm);
 }
 
-core::Result<cad::SplineNet> net_of(const PartResult& part) {
+/// A solid takes no section that has gaps; a surface has holes there.
+bool takes(PartBody body, const SectionResult& section) {
+    return section.has_contour() && (body == PartBody::surface || section.gaps().empty());
+}
+
+/// A section's gap reaches to the sections beside it; between two there is nothing where one lies that has no contour.
+std::vector<cad::NetHole> holes_of(const PartResult& part, const std::vector<const SectionResult*>& upwards,
+                                   const fitting::Surface& surface) {
+    std::vector<cad::NetHole> holes;
+    const fitting::SurfaceIndex index(surface);
+    for (std::size_t k = 0; k < upwards.size(); ++k) {
+        const SectionResult& section = *upwards[k];
+        const double below = upwards[k > 0 ? k - 1 : 0]->z_mm;
+        const double above = upwards[std::min(k + 1, upwards.size() - 1)]->z_mm;
+        const auto place_of = [&](std::size_t point) {
+            const Eigen::Vector2d& at = section.fit->contour[point].position_mm;
+            return index.closest({at.x(), at.y(), section.z_mm}).place.u;
+        };
+        for (const ContourGap& gap : section.gaps())
+            holes.push_back({place_of(gap.before), place_of(gap.behind), below, above});
+        const bool lacks_one = std::any_of(part.sections.begin(), part.sections.end(), [&](const SectionResult& other) {
+            return !other.has_contour() && other.z_mm > section.z_mm && other.z_mm < above;
+        });
+        if (lacks_one) holes.push_back({surface.u().front(), surface.u().back(), section.z_mm, above});
+    }
+    return holes;
+}
+
+core::Result<cad::SplineNet> net_of(const PartResult& part, PartBody body) {
     std::vector<const SectionResult*> upwards;
     for (const auto& section : part.sections)
-        if (section.has_contour() && section.gaps().empty()) upwards.push_back(&section);
+        if (takes(body, section)) upwards.push_back(&section);
     if (upwards.size() < 2)
         return core::fail(core::ErrorCode::fit_not_evaluable,
-                          "a body needs two sections that were measured all round; there " +
-                              std::string(upwards.empty() ? "is none" : "is one"));
+                          std::string("a body needs two sections that ") +
+                              (body == PartBody::solid ? "were measured all round" : "have a contour") + "; there " +
+                              (upwards.empty() ? "is none" : "is one"));
     std::stable_sort(upwards.begin(), upwards.end(), [](auto* a, auto* b) { return a->z_mm < b->z_mm; });
     std::vector<fitting::SurfaceRow> rows;
     for (const auto* section : upwards) {
@@ -50,13 +80,14 @@ core::Result<cad::SplineNet> net_of(const PartResult& part) {
     for (std::size_t j = 0; j < surface.v().controls(); ++j)
         for (std::size_t i = 0; i < net.count_u; ++i)
             net.controls.push_back(surface.control(i, j));
+    if (body == PartBody::surface) net.holes = holes_of(part, upwards, surface);
     return net;
 }
 
 }  // namespace
 
 core::Status export_step(const PartResult& part, PartBody body, const std::string& file) {
-    const auto net = net_of(part);
+    const auto net = net_of(part, body);
     if (!net) return tl::unexpected(net.error());
     cad::StepOptions options;
     options.form = body == PartBody::solid ? cad::BodyForm::solid : cad::BodyForm::surface;
@@ -65,7 +96,7 @@ core::Status export_step(const PartResult& part, PartBody body, const std::strin
 }
 
 core::Status export_stl(const PartResult& part, const std::string& file) {
-    const auto net = net_of(part);
+    const auto net = net_of(part, PartBody::solid);
     if (!net) return tl::unexpected(net.error());
     return cad::write_stl(*net, triangle_deflection_mm, file);
 }

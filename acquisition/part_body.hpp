@@ -6,13 +6,16 @@
 #include "acquisition/section_result.hpp"
 #include "core/error.hpp"
 
-/// The measured part as one body: the surface through the contours of all sections that were measured all round, from
-/// the lowest to the highest of them. Millimetres, part frame.
+/// The measured part as one body: the surface through the contours of its sections, from the lowest to the highest of
+/// them. Millimetres, part frame.
 namespace cmm::acquisition {
 
 enum class PartBody {
-    surface,  ///< open at both ends
-    solid,    ///< capped flat in the planes of the lowest and the highest section
+    /// Open at both ends, through all sections that have a contour. Where a section has a gap there is a hole, up to
+    /// the sections beside it, and all round between two sections where one has no contour.
+    surface,
+    /// Through the sections without a gap, capped flat in the planes of the lowest and the highest of them.
+    solid,
 };
 
 /// A STEP file (AP242) with the B-spline surface itself. Errors: fit_not_evaluable (fewer than 2 such sections, some

@@ -186,7 +186,8 @@ class CommandLine {
              "csv (a folder), json, html, pdf, qif, dfq (Q-DAS), dmis, svg, png (the map of deviations), step, stl")
             ->required()
             ->check(CLI::IsMember({"csv", "json", "html", "pdf", "qif", "dfq", "dmis", "svg", "png", "step", "stl"}));
-        c->add_flag("--surface", export_.surface, "step: the surface alone, not the solid");
+        c->add_flag("--surface", export_.surface,
+                    "step: the surface alone, not the solid; with holes where it was not measured");
         c->add_option("--out", export_.out, "file or, for csv, folder")->required();
     }
 

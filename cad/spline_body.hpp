@@ -10,6 +10,12 @@
 
 namespace cmm::cad {
 
+/// Where a surface was not measured, by its parameters. u0 >= u1: over the seam; the whole way round when they are the
+/// ends of the knots.
+struct NetHole {
+    double u0 = 0.0, u1 = 0.0, v0 = 0.0, v1 = 0.0;
+};
+
 /// The bicubic B-spline surface of a blade: u runs round its sections, v from root to tip. Knots and controls as in
 /// fitting::BSpline. A value; mm.
 struct SplineNet {
@@ -17,10 +23,11 @@ struct SplineNet {
     bool closed_u = true;
     std::size_t count_u = 0;                ///< controls round a section
     std::vector<Eigen::Vector3d> controls;  ///< (i, j) at j * count_u + i
+    std::vector<NetHole> holes;             ///< no face is there
 };
 
 enum class BodyForm {
-    surface,  ///< the surface alone
+    surface,  ///< the surface alone: a face, or a shell of faces around its holes
     solid,    ///< capped flat at root and tip
 };
 enum class StepSchema { ap214, ap242 };
@@ -32,8 +39,9 @@ struct StepOptions {
 };
 
 /// Writes the surface as it is, spline by spline, in millimetres. Errors: fit_not_evaluable (knots and controls that do
-/// not belong together; for a solid: ends that are not plane to 0.1 um, open in u, or what Open CASCADE's checker does
-/// not call valid), journal_io (the file cannot be written), config_invalid (built without Open CASCADE).
+/// not belong together; nothing but holes; for a solid: ends that are not plane to 0.1 um, open in u, holes, or what
+/// Open CASCADE's checker does not call valid), journal_io (the file cannot be written), config_invalid (built without
+/// Open CASCADE).
 core::Status write_step(const SplineNet& net, const StepOptions& options, const std::string& file);
 
 /// Writes the solid as triangles (binary STL) that stay within `deflection_mm` of it. Errors: as above.

@@ -33,8 +33,9 @@ using Curve = fitting::BSpline<3>;
 using Eigen::Vector3d;
 
 constexpr int degree = 3;
-constexpr double flat_mm = 1e-4;  // what an end may be off its plane
-constexpr double sewn_mm = 1e-5;  // root and tip are the caps' own edges
+constexpr double flat_mm = 1e-4;     // what an end may be off its plane
+constexpr double sewn_mm = 1e-5;     // root and tip are the caps' own edges
+constexpr double least_face = 1e-6;  // of the parameters
 
 /// Distinct values and how often each comes, as Open CASCADE wants knots.
 struct Knots {
@@ -146,11 +147,66 @@ core::Result<TopoDS_Shape> solid_of(const Handle(Geom_BSplineSurface) & surface,
     return solid;
 }
 
+struct Interval {
+    double from, to;
+};
+
+/// What these holes leave of the way round at v.
+std::vector<Interval> measured_at(double v, const std::vector<NetHole>& holes, const Interval& round) {
+    std::vector<Interval> missing;
+    for (const NetHole& hole : holes) {
+        if (!(hole.v0 < v && v < hole.v1)) continue;
+        if (hole.u0 < hole.u1) {
+            missing.push_back({hole.u0, hole.u1});
+        } else {
+            missing.push_back({round.from, hole.u1});
+            missing.push_back({hole.u0, round.to});
+        }
+    }
+    std::sort(missing.begin(), missing.end(), [](const Interval& a, const Interval& b) { return a.from < b.from; });
+    const double least = least_face * (round.to - round.from);
+    std::vector<Interval> left;
+    double from = round.from;
+    for (const Interval& gap : missing) {
+        if (gap.from - from > least) left.push_back({from, gap.from});
+        from = std::max(from, gap.to);
+    }
+    if (round.to - from > least) left.push_back({from, round.to});
+    return left;
+}
+
+/// Faces around the holes, layer by layer from one height at which a hole begins or ends to the next.
+core::Result<TopoDS_Shape> shell_around(const Handle(Geom_BSplineSurface) & surface,
+                                        const std::vector<NetHole>& holes) {
+    Interval round{}, height{};
+    surface->Bounds(round.from, round.to, height.from, height.to);
+    std::vector<double> levels{height.from, height.to};
+    for (const NetHole& hole : holes)
+        for (const double v : {hole.v0, hole.v1})
+            if (v > height.from && v < height.to) levels.push_back(v);
+    std::sort(levels.begin(), levels.end());
+    BRepBuilderAPI_Sewing sewing(sewn_mm);
+    bool any = false;
+    for (std::size_t k = 1; k < levels.size(); ++k) {
+        const Interval layer{levels[k - 1], levels[k]};
+        if (layer.to - layer.from <= least_face * (height.to - height.from)) continue;
+        for (const Interval& part : measured_at(0.5 * (layer.from + layer.to), holes, round)) {
+            sewing.Add(BRepBuilderAPI_MakeFace(surface, part.from, part.to, layer.from, layer.to, sewn_mm).Face());
+            any = true;
+        }
+    }
+    if (!any) return fail(ErrorCode::fit_not_evaluable, "nothing of the surface was measured");
+    sewing.Perform();
+    return sewing.SewedShape();
+}
+
 }  // namespace
 
 core::Result<TopoDS_Shape> shape_of(const SplineNet& net, BodyForm form) {
     if (form == BodyForm::solid && !net.closed_u)
         return fail(ErrorCode::fit_not_evaluable, "an open surface encloses no solid");
+    if (form == BodyForm::solid && !net.holes.empty())
+        return fail(ErrorCode::fit_not_evaluable, "a surface with holes encloses no solid");
     const auto surface = surface_of(net);
     if (!surface) return tl::unexpected(surface.error());
     TopoDS_Shape shape = BRepBuilderAPI_MakeFace(*surface, sewn_mm).Face();
@@ -158,6 +214,10 @@ core::Result<TopoDS_Shape> shape_of(const SplineNet& net, BodyForm form) {
         auto solid = solid_of(*surface, TopoDS::Face(shape));
         if (!solid) return solid;
         shape = *solid;
+    } else if (!net.holes.empty()) {
+        auto shell = shell_around(*surface, net.holes);
+        if (!shell) return shell;
+        shape = *shell;
     }
     if (!BRepCheck_Analyzer(shape).IsValid())
         return fail(ErrorCode::fit_not_evaluable, "Open CASCADE's checker does not call the body valid");

@@ -4,29 +4,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "acquisition/exports.hpp"
-#include "acquisition/part_judge.hpp"
 #include "tests/acquisition/count_of.hpp"
-#include "tests/acquisition/leaning_part.hpp"
+#include "tests/acquisition/gapped_part.hpp"
 
 namespace cmm::acquisition {
 namespace {
-
-using Missing = std::function<bool(const RecordedPoint&, const Eigen::Vector2d& normal)>;
-
-/// The middle third of the suction side.
-bool on_suction_side(const RecordedPoint& point, const Eigen::Vector2d& normal) {
-    return normal.y() > 0.7 && std::abs(point.centre_mm.x()) < 4.0;
-}
-/// The TE, which lies to the right, and a third of the sides.
-bool round_the_te(const RecordedPoint& point, const Eigen::Vector2d&) {
-    return point.centre_mm.x() > 6.0;
-}
 
 /// The leaning blade, judged without the points of its middle section that are missing.
 PartResult judged_without(const Missing& missing, const std::string& gate,
@@ -35,27 +21,7 @@ PartResult judged_without(const Missing& missing, const std::string& gate,
     std::string text = leaning_text(gate);
     const std::string alignment = "[alignment]\nkind = \"section\"\n";
     if (!laid_onto_nominal) text.erase(text.find(alignment), alignment.size());
-    const LeaningPart part(text, Eigen::Vector2d::Zero(), thicken_mm);
-    PartJudge judge;
-    for (std::size_t i = 0; i < std::min(count, part.setups.size()); ++i) {
-        auto points = part.points(i);
-        if (std::find(sections.begin(), sections.end(), i) != sections.end()) {
-            const auto& planned = part.job.plan.paths[i].points;
-            std::vector<RecordedPoint> left;
-            for (const auto& point : points)
-                if (!missing(point, planned[point.sequence - 1].normal.head<2>())) left.push_back(point);
-            points = left;
-        }
-        judge.finish(part.setups[i], points);
-        judge.grow();
-    }
-    judge.complete();
-    PartResult result;
-    result.part_name = "blade";
-    result.ball_radius_mm = 1.0;
-    result.has_nominal = true;
-    result.sections = judge.take();
-    return result;
+    return judged_part_without(missing, text, sections, thicken_mm, count);
 }
 
 const std::string judged = "profile_mm = 0.2\nedge_profile_mm = 0.2\n";

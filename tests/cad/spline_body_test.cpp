@@ -246,6 +246,58 @@ TEST_F(SplineBody, TheSurfaceAloneIsOneFace) {
     EXPECT_TRUE(read_step(file_, "", 2).value()->cut(31.0));
 }
 
+double area_of(const TopoDS_Shape& shape) {
+    GProp_GProps properties;
+    BRepGProp::SurfaceProperties(shape, properties, 1e-6);
+    return properties.Mass();
+}
+
+/// A hole on one side, one over the seam that meets it at a height, and a layer that is missing all round: what they
+/// cover and what is left make the whole.
+TEST_F(SplineBody, FacesStandAroundHoles) {
+    const double round = net_.knots_u[net_.knots_u.size() - 4], high = net_.knots_v.back();
+    StepOptions options;
+    options.form = BodyForm::surface;
+    const auto area_with = [&](const std::vector<NetHole>& holes, int faces) {
+        net_.holes = holes;
+        const auto written = write_step(net_, options, file_);
+        EXPECT_TRUE(written) << written.error().text();
+        const auto shape = read_shape(file_);
+        EXPECT_TRUE(BRepCheck_Analyzer(shape).IsValid());
+        EXPECT_EQ(count_of(shape, TopAbs_FACE), faces);
+        EXPECT_EQ(count_of(shape, TopAbs_SOLID), 0);
+        return area_of(shape);
+    };
+    const double whole = area_with({}, 1);
+    const NetHole side{0.2 * round, 0.35 * round, 0.25 * high, 0.5 * high};
+    const NetHole seam{0.9 * round, 0.1 * round, 0.5 * high, 0.75 * high};
+    const NetHole layer{0.0, round, 0.75 * high, high};
+    const NetHole but_side{side.u1, side.u0, side.v0, side.v1}, but_seam{seam.u1, seam.u0, seam.v0, seam.v1};
+    const NetHole below{0.0, round, 0.0, 0.5 * high}, above{0.0, round, 0.5 * high, high};
+    const NetHole under{0.0, round, 0.0, 0.25 * high}, over{0.0, round, 0.75 * high, high};
+    const double of_side = area_with({but_side, under, above}, 1), of_seam = area_with({but_seam, below, over}, 2);
+    const double of_layer = area_with({{0.0, round, 0.0, 0.75 * high}}, 1);
+    const double left = area_with({side, seam, layer}, 4);
+    EXPECT_NEAR(of_side + of_seam + of_layer + left, whole, 1e-4 * whole);
+    EXPECT_GT(of_side, 0.02 * whole);
+    // Holes that overlap are taken off once.
+    EXPECT_NEAR(area_with({side, {0.3 * round, 0.35 * round, 0.25 * high, 0.5 * high}}, 4), whole - of_side,
+                1e-4 * whole);
+    // Below it sections can be cut as before.
+    net_.holes = {side};
+    ASSERT_TRUE(write_step(net_, options, file_));
+    EXPECT_TRUE(read_step(file_, "", 2).value()->cut(0.1 * span_mm));
+
+    net_.holes = {{0.0, round, 0.0, high}};
+    const auto nothing = write_step(net_, options, file_);
+    ASSERT_FALSE(nothing);
+    EXPECT_NE(nothing.error().message.find("nothing of the surface"), std::string::npos) << nothing.error().text();
+    net_.holes = {side};
+    const auto solid = write_step(net_, {}, file_);
+    ASSERT_FALSE(solid);
+    EXPECT_NE(solid.error().message.find("holes"), std::string::npos) << solid.error().text();
+}
+
 TEST_F(SplineBody, TrianglesCloseAndHoldTheVolume) {
     const std::string file = folder_.path("blade.stl");
     const auto written = write_stl(net_, 0.02, file);

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Blades of which not everything was measured, as STEP surfaces: what was not measured has no face.
+#include "acquisition/part_body.hpp"
+
+#include <gtest/gtest.h>
+
+#include <BRepBndLib.hxx>
+#include <BRepBuilderAPI_MakeVertex.hxx>
+#include <BRepCheck_Analyzer.hxx>
+#include <BRepExtrema_DistShapeShape.hxx>
+#include <Bnd_Box.hxx>
+#include <STEPControl_Reader.hxx>
+#include <TopExp_Explorer.hxx>
+#include <TopoDS_Shape.hxx>
+#include <algorithm>
+
+#include "tests/acquisition/gapped_part.hpp"
+#include "tests/acquisition/temp_folder.hpp"
+
+namespace cmm::acquisition {
+namespace {
+
+std::string four_sections() {
+    std::string text = leaning_text("profile_mm = 0.2\n");
+    const std::string three = "[20, 25, 30]";
+    return text.replace(text.find(three), three.size(), "[20, 25, 30, 35]");
+}
+
+bool everywhere(const RecordedPoint&, const Eigen::Vector2d&) {
+    return true;
+}
+
+class PartBodies : public testing::Test {
+  protected:
+    TempFolder folder_;
+    std::string file_ = folder_.path("blade.step");
+
+    TopoDS_Shape surface_of(const PartResult& part) {
+        const auto written = export_step(part, PartBody::surface, file_);
+        EXPECT_TRUE(written) << written.error().text();
+        STEPControl_Reader reader;
+        EXPECT_EQ(reader.ReadFile(file_.c_str()), IFSelect_RetDone);
+        reader.TransferRoots();
+        EXPECT_TRUE(BRepCheck_Analyzer(reader.OneShape()).IsValid());
+        EXPECT_FALSE(TopExp_Explorer(reader.OneShape(), TopAbs_SOLID).More());
+        return reader.OneShape();
+    }
+};
+
+double distance_mm(const TopoDS_Shape& shape, const Eigen::Vector2d& at, double z_mm) {
+    const TopoDS_Shape vertex = BRepBuilderAPI_MakeVertex(gp_Pnt(at.x(), at.y(), z_mm)).Shape();
+    return BRepExtrema_DistShapeShape(vertex, shape).Value();
+}
+
+TEST_F(PartBodies, AGapOfASectionIsAHole) {
+    for (const Missing& missing : {Missing(on_suction_side), Missing(round_the_te)}) {
+        const auto part = judged_part_without(missing, four_sections(), {1});
+        const SectionResult& section = part.sections[1];
+        ASSERT_EQ(section.gaps().size(), 1U) << section.why;
+        const auto shape = surface_of(part);
+        const ContourGap gap = section.gaps()[0];
+        const auto& contour = section.fit->contour;
+        const std::size_t n = contour.size(), in_gap = (gap.behind + n - gap.before) % n;
+        const auto at = [&](std::size_t k) { return contour[(gap.before + k) % n].position_mm; };
+        double nearest_mm = 5.0;  // to the sections beside it
+        for (const auto& point : contour)
+            if (point.measured) nearest_mm = std::min(nearest_mm, (point.position_mm - at(in_gap / 2)).norm());
+        EXPECT_GT(nearest_mm, 2.0);
+        EXPECT_GT(distance_mm(shape, at(in_gap / 2), section.z_mm), 0.95 * nearest_mm);
+        // It ends at the section above, which has all of its own.
+        const auto& above = part.sections[2].fit->contour;
+        for (std::size_t k = 0; k < above.size(); k += above.size() / 40)
+            EXPECT_LT(distance_mm(shape, above[k].position_mm, part.sections[2].z_mm), 2e-3) << k;
+        for (std::size_t k = in_gap; k < n; k += n / 40)
+            EXPECT_LT(distance_mm(shape, at(k), section.z_mm), 2e-3) << k;
+    }
+}
+
+TEST_F(PartBodies, NothingStandsWhereASectionIsMissing) {
+    const auto part = judged_part_without(everywhere, four_sections(), {1});
+    ASSERT_FALSE(part.sections[1].has_contour());
+    Bnd_Box box;
+    BRepBndLib::AddOptimal(surface_of(part), box, false, false);
+    EXPECT_NEAR(box.CornerMin().Z(), 30.0, 1e-3);
+    EXPECT_NEAR(box.CornerMax().Z(), 35.0, 1e-3);
+    const auto none = export_step(judged_part_without(everywhere, four_sections(), {1, 3}), PartBody::surface, file_);
+    ASSERT_FALSE(none);
+    EXPECT_NE(none.error().message.find("nothing of the surface was measured"), std::string::npos);
+}
+
+TEST_F(PartBodies, ASolidTakesTheSectionsWithoutGaps) {
+    const auto one_lacks = judged_part_without(on_suction_side, four_sections(), {1});
+    EXPECT_TRUE(export_step(one_lacks, PartBody::solid, file_));
+    const auto most_lack = export_step(judged_part_without(on_suction_side, four_sections(), {0, 1, 3}),
+                                       PartBody::solid, folder_.path("solid.step"));
+    ASSERT_FALSE(most_lack);
+    EXPECT_NE(most_lack.error().message.find("measured all round"), std::string::npos) << most_lack.error().text();
+}
+
+}  // namespace
+}  // namespace cmm::acquisition
