@@ -19,8 +19,8 @@ enum class PartBody {
 };
 
 /// A STEP file (AP242) with the B-spline surface itself. Errors: fit_not_evaluable (fewer than 2 such sections, some
-/// that do not continue each other, a body that Open CASCADE's checker does not call valid), journal_io, config_invalid
-/// (built without Open CASCADE).
+/// that do not continue each other, a surface of nothing but holes, a body that Open CASCADE's checker does not call
+/// valid), journal_io, config_invalid (built without Open CASCADE).
 core::Status export_step(const PartResult& part, PartBody body, const std::string& file);
 
 /// A binary STL file: triangles within 5 um of the solid. Errors: as above.

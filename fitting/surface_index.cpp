@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "fitting/cell_order.hpp"
+#include "fitting/group_order.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -92,31 +93,6 @@ std::pair<PatchDomain, PatchDomain> halves(const PatchDomain& domain, bool in_u)
     return {first, second};
 }
 
-/// Of a patch's box.
-struct Middle {
-    Vec3 at;
-    std::size_t patch;
-};
-
-/// Across the longest extent, where a box ends that holds so many; each half again.
-void halve(std::span<Middle> middles, std::size_t held) {
-    while (held >= middles.size() && held > 1)
-        held /= PatchGroup::size;
-    if (middles.size() < 2) return;
-    const std::size_t first = (middles.size() + held - 1) / held / 2 * held;
-    Vec3 low = middles[0].at, high = low;
-    for (const Middle& middle : middles) {
-        low = low.cwiseMin(middle.at);
-        high = high.cwiseMax(middle.at);
-    }
-    Eigen::Index axis = 0;
-    (high - low).maxCoeff(&axis);
-    std::nth_element(middles.begin(), middles.begin() + static_cast<std::ptrdiff_t>(first), middles.end(),
-                     [axis](const Middle& a, const Middle& b) { return a.at[axis] < b.at[axis]; });
-    halve(middles.first(first), held);
-    halve(middles.subspan(first), held);
-}
-
 bool held(double at, double low, double high, double gradient) {
     return (at <= low && gradient > 0.0) || (at >= high && gradient < 0.0);
 }
@@ -174,18 +150,15 @@ void SurfaceIndex::add_patches(const PatchDomain& domain, int depth) {
 
 /// Patches that are near each other come into one group, and groups that are into one of the level above.
 void SurfaceIndex::bring_neighbours_together() {
-    std::vector<Middle> middles;
+    std::vector<Vec3> middles;
     middles.reserve(patches_.size());
     for (const PatchBounds& patch : patches_)
-        middles.push_back({0.5 * (patch.low() + patch.high()), middles.size()});
-    std::size_t held = 1;
-    while (group_size * held < patches_.size())
-        held *= group_size;
-    halve(middles, held);
+        middles.push_back(0.5 * (patch.low() + patch.high()));
+    std::vector<std::uint32_t> from_place = order_in_groups(middles, group_size);
     // In place, cycle by cycle: they are large.
     for (std::size_t k = 0; k < patches_.size(); ++k)
-        for (std::size_t to = k, from = 0; middles[to].patch != to; to = from) {
-            from = std::exchange(middles[to].patch, to);
+        for (std::size_t to = k, from = 0; from_place[to] != to; to = from) {
+            from = std::exchange(from_place[to], static_cast<std::uint32_t>(to));
             if (from != k) std::swap(patches_[to], patches_[from]);
         }
 }

@@ -15,7 +15,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double sigma_mm = 1e-3;
+constexpr double scan_sigma_mm = 1e-3;
 
 using Points = std::vector<Vec2>;
 using Height = std::function<double(std::size_t)>;  // mm off the curve, by the point's number
@@ -26,7 +26,7 @@ Points circle(std::size_t count, std::uint64_t seed, const Height& height) {
     Points points;
     for (std::size_t i = 0; i < count; ++i) {
         const double a = 2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(count);
-        points.push_back((9.0 + height(i) + sigma_mm * rng.normal()) * Vec2(std::cos(a), std::sin(a)));
+        points.push_back((9.0 + height(i) + scan_sigma_mm * rng.normal()) * Vec2(std::cos(a), std::sin(a)));
     }
     return points;
 }
@@ -55,7 +55,7 @@ TEST(LiftedRuns, OfTwelveStandardDeviationsAreFound) {
     for (std::size_t run = 1; run <= 5; ++run) {
         const auto is_bad = [&](std::size_t i) { return (i + 2) % 100 < run; };  // the last one wraps
         std::size_t bad = 0, missed = 0, lost = 0;
-        for (const double height : {12.0 * sigma_mm, -12.0 * sigma_mm})
+        for (const double height : {12.0 * scan_sigma_mm, -12.0 * scan_sigma_mm})
             for (std::uint64_t seed = 0; seed < 30; ++seed) {
                 const auto found =
                     bad_of(circle(800, seed, [&](std::size_t i) { return is_bad(i) ? height : 0.0; }), true);
@@ -106,7 +106,7 @@ TEST(LiftedRuns, HardlyAnyWhereTheCurvatureJumps) {
         for (int i = -40; i <= 12; ++i) {
             const double s = step * i + start, a = std::max(0.0, s / radius);
             const Vec2 at = s < 0.0 ? Vec2(s, 0.0) : Vec2(radius * std::sin(a), radius * (1.0 - std::cos(a)));
-            points.push_back(at + sigma_mm * rng.normal() * Vec2(std::sin(a), -std::cos(a)));
+            points.push_back(at + scan_sigma_mm * rng.normal() * Vec2(std::sin(a), -std::cos(a)));
         }
         lost += count_bad(points, false);
     }
@@ -120,7 +120,7 @@ TEST(LiftedRuns, GoodPointsBetweenTwoBadOnesStay) {
         for (std::uint64_t seed = 0; seed < 300; ++seed) {
             const auto is_bad = [&](std::size_t i) { return i == 200 || i == 201 + between; };
             const auto found =
-                bad_of(circle(600, seed, [&](std::size_t i) { return is_bad(i) ? 15.0 * sigma_mm : 0.0; }), true);
+                bad_of(circle(600, seed, [&](std::size_t i) { return is_bad(i) ? 15.0 * scan_sigma_mm : 0.0; }), true);
             for (std::size_t i = 0; i < found.size(); ++i)
                 lost += !is_bad(i) && found[i];
         }
@@ -137,8 +137,8 @@ TEST(LiftedRuns, WithFewGoodPointsBetweenAreFoundBoth) {
             };
             std::size_t missed = 0, lost = 0;
             for (std::uint64_t seed = 0; seed < 50; ++seed) {
-                const auto found =
-                    bad_of(circle(800, seed, [&](std::size_t i) { return is_bad(i) ? 30.0 * sigma_mm : 0.0; }), true);
+                const auto found = bad_of(
+                    circle(800, seed, [&](std::size_t i) { return is_bad(i) ? 30.0 * scan_sigma_mm : 0.0; }), true);
                 for (std::size_t i = 0; i < found.size(); ++i) {
                     missed += is_bad(i) && !found[i];
                     lost += !is_bad(i) && found[i];
