@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "acquisition/part_rows.hpp"
 #include "cad/spline_body.hpp"
-#include "fitting/smoothing.hpp"
 #include "fitting/surface_fit.hpp"
 #include "fitting/surface_index.hpp"
 
@@ -14,16 +14,6 @@ namespace cmm::acquisition {
 namespace {
 
 constexpr double triangle_deflection_mm = 5e-3;
-
-core::Result<fitting::SurfaceRow> surface_row(const SectionResult& section) {
-    std::vector<Eigen::Vector2d> points;
-    for (const auto& point : section.fit->contour)
-        points.push_back(point.position_mm);
-    auto curve = fitting::smooth_closed(points);
-    if (!curve) return tl::unexpected(curve.error());
-    return fitting::SurfaceRow::make(std::move(*curve), section.z_mm, 0.0, section.fit->le_point_mm,
-                                     section.fit->te_point_mm);
-}
 
 /// A solid takes no section that has gaps; a surface has holes there.
 bool takes(PartBody body, const SectionResult& section) {
@@ -63,13 +53,9 @@ core::Result<cad::SplineNet> net_of(const PartResult& part, PartBody body) {
                               (body == PartBody::solid ? "were measured all round" : "have a contour") + "; there " +
                               (upwards.empty() ? "is none" : "is one"));
     std::stable_sort(upwards.begin(), upwards.end(), [](auto* a, auto* b) { return a->z_mm < b->z_mm; });
-    std::vector<fitting::SurfaceRow> rows;
-    for (const auto* section : upwards) {
-        auto row = surface_row(*section);
-        if (!row) return tl::unexpected(std::move(row.error()).with_context("section " + section->name));
-        rows.push_back(std::move(*row));
-    }
-    const auto fit = fitting::fit_surface(rows);
+    const auto rows = part_rows(upwards);
+    if (!rows) return tl::unexpected(rows.error());
+    const auto fit = fitting::fit_surface(*rows);
     if (!fit) return tl::unexpected(fit.error());
     const fitting::Surface& surface = fit->surface;
     cad::SplineNet net;
@@ -86,12 +72,23 @@ core::Result<cad::SplineNet> net_of(const PartResult& part, PartBody body) {
 
 }  // namespace
 
+std::vector<const SectionResult*> passed_over(const PartResult& part) {
+    std::vector<const SectionResult*> sections;
+    for (const auto& section : part.sections)
+        if (!takes(PartBody::solid, section)) sections.push_back(&section);
+    return sections;
+}
+
 core::Status export_step(const PartResult& part, PartBody body, const std::string& file) {
     const auto net = net_of(part, body);
     if (!net) return tl::unexpected(net.error());
     cad::StepOptions options;
     options.form = body == PartBody::solid ? cad::BodyForm::solid : cad::BodyForm::surface;
     options.name = part.part_serial.empty() ? part.part_name : part.part_name + " " + part.part_serial;
+    const std::size_t missing = body == PartBody::solid ? passed_over(part).size() : 0;
+    if (missing > 0)
+        options.description = "passes over " + std::to_string(missing) + " of " + std::to_string(part.sections.size()) +
+                              " sections, which were not measured all round";
     return cad::write_step(*net, options, file);
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "acquisition/exports.hpp"
 #include "acquisition/json_text.hpp"
@@ -9,6 +11,7 @@
 #include "app/commands.hpp"
 #include "app/console.hpp"
 #include "app/run_input.hpp"
+#include "core/text.hpp"
 
 namespace cmm::app {
 namespace {
@@ -33,6 +36,25 @@ core::Status write(const acquisition::PartResult& result, const ExportOptions& o
     return acquisition::export_csv(result, out);
 }
 
+/// Sections that the written body has nothing of.
+std::vector<const acquisition::SectionResult*> passed_over(const acquisition::PartResult& result,
+                                                           const ExportOptions& options) {
+    const bool solid = options.format == "stl" || (options.format == "step" && !options.surface);
+    return solid ? acquisition::passed_over(result) : std::vector<const acquisition::SectionResult*>{};
+}
+
+std::string why_not_taken(const acquisition::SectionResult& section) {
+    if (!section.has_contour()) return section.why;
+    return core::fixed(section.missing_mm(), 1) + " mm of it were not measured";
+}
+
+std::string names_of(const std::vector<const acquisition::SectionResult*>& sections) {
+    std::string names;
+    for (const auto* section : sections)
+        names += (names.empty() ? "" : ", ") + acquisition::json_string(section->name);
+    return "[" + names + "]";
+}
+
 }  // namespace
 
 int run_export(const ExportOptions& options) {
@@ -44,11 +66,16 @@ int run_export(const ExportOptions& options) {
     const auto result = acquisition::results_of_run(run_file_of(options.input), nullptr);
     if (!result) return report(result.error(), options.json);
     if (auto status = write(*result, options); !status) return report(status.error(), options.json);
+    const auto left_out = passed_over(*result, options);
     if (options.json) {
-        std::printf("{%s}\n",
-                    acquisition::JsonFields().add("format", options.format).add("out", options.out).text().c_str());
+        auto fields = acquisition::JsonFields().add("format", options.format).add("out", options.out);
+        if (!left_out.empty()) fields.raw("passed_over", names_of(left_out));
+        std::printf("{%s}\n", fields.text().c_str());
     } else {
         std::fprintf(stderr, "written: %s\n", options.out.c_str());
+        for (const auto* section : left_out)
+            std::fprintf(stderr, "note: it passes over section %s: %s\n", section->name.c_str(),
+                         why_not_taken(*section).c_str());
     }
     return 0;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cad/spline_body.hpp"
 
+#include <APIHeaderSection_MakeHeader.hxx>
 #include <BRepMesh_IncrementalMesh.hxx>
 #include <BRep_Tool.hxx>
 #include <Interface_Static.hxx>
@@ -56,6 +57,11 @@ void give_name(STEPControl_Writer& writer, const std::string& name) {
     }
 }
 
+void describe(STEPControl_Writer& writer, const std::string& description) {
+    APIHeaderSection_MakeHeader header(writer.Model());
+    header.SetDescriptionValue(1, new TCollection_HAsciiString(description.c_str()));
+}
+
 core::Status transfer(const TopoDS_Shape& shape, const StepOptions& options, const std::string& file) {
     STEPControl_Controller::Init();
     // All of them are read when the writer is made, and kept by the library.
@@ -65,6 +71,7 @@ core::Status transfer(const TopoDS_Shape& shape, const StepOptions& options, con
     if (writer.Transfer(shape, STEPControl_AsIs) != IFSelect_RetDone)
         return fail(ErrorCode::internal, "Open CASCADE cannot put the body into STEP");
     give_name(writer, plain(options.name));
+    if (!options.description.empty()) describe(writer, plain(options.description));
     if (writer.Write(file.c_str()) != IFSelect_RetDone)
         return fail(ErrorCode::journal_io, file + ": cannot be written");
     return {};

@@ -35,7 +35,8 @@ enum class StepSchema { ap214, ap242 };
 struct StepOptions {
     BodyForm form = BodyForm::solid;
     StepSchema schema = StepSchema::ap242;
-    std::string name = "blade";  ///< of the product
+    std::string name = "blade";    ///< of the product
+    std::string description = {};  ///< of the file
 };
 
 /// Writes the surface as it is, spline by spline, in millimetres. Errors: fit_not_evaluable (knots and controls that do

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -24,16 +25,21 @@ inline bool round_the_te(const RecordedPoint& point, const Eigen::Vector2d&) {
     return point.centre_mm.x() > 6.0;
 }
 
-/// Judged without the points of these sections that are missing, up to so many sections.
+/// Judged without the points of these sections that are missing, up to so many sections. Noise: standard deviation
+/// across the way.
 inline PartResult judged_part_without(const Missing& missing, const std::string& text,
                                       const std::vector<std::size_t>& sections, double thicken_mm = 0.0,
-                                      std::size_t count = 100) {
+                                      std::size_t count = 100, double noise_mm = 0.0) {
+    std::mt19937_64 random(1);
+    std::normal_distribution<double> noise(0.0, 1.0);
     const LeaningPart part(text, Eigen::Vector2d::Zero(), thicken_mm);
     PartJudge judge;
     for (std::size_t i = 0; i < std::min(count, part.setups.size()); ++i) {
         auto points = part.points(i);
+        const auto& planned = part.job.plan.paths[i].points;
+        for (auto& point : points)
+            point.centre_mm.head<2>() += noise_mm * noise(random) * planned[point.sequence - 1].normal.head<2>();
         if (std::find(sections.begin(), sections.end(), i) != sections.end()) {
-            const auto& planned = part.job.plan.paths[i].points;
             std::vector<RecordedPoint> left;
             for (const auto& point : points)
                 if (!missing(point, planned[point.sequence - 1].normal.head<2>())) left.push_back(point);

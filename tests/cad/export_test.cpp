@@ -10,6 +10,7 @@
 #include <TopExp_Explorer.hxx>
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 
@@ -18,6 +19,7 @@
 #include "cad/step_part.hpp"
 #include "tests/support/outputs.hpp"
 #include "tests/support/process.hpp"
+#include "tests/system/simulated_machine.hpp"
 
 namespace cmm::test {
 namespace {
@@ -185,6 +187,32 @@ TEST_F(ExportBody, OneSectionIsNoBody) {
     EXPECT_NE(done.exit_code, 0);
     EXPECT_NE(done.err.find("two sections"), std::string::npos) << done.err;
     EXPECT_FALSE(std::filesystem::exists(folder / "one.step"));
+}
+
+TEST(ExportOfAnInterruptedScan, SaysWhichSectionTheSolidPassesOver) {
+    TemporaryFolder folder;
+    const std::string part = "config/parts/demo.toml";
+    SimulatedMachine machine(part, folder, {"--speed", "4"});
+    Process scan({cmmlive(), "scan", "--machine", machine.url(), "--part", part, "--out", folder / "run"},
+                 folder / "scan");
+    // Two sections of 350 to 400 points and half of the third, a line of some 100 bytes for each.
+    std::error_code absent;
+    ASSERT_TRUE(wait_for([&] { return std::filesystem::file_size(machine.log(), absent) > 93000 && !absent; }));
+    scan.signal(SIGINT);
+    EXPECT_EQ(scan.wait(std::chrono::seconds(30)).exit_code, 4);
+    const std::vector<std::string> command{cmmlive(), "export", folder / "run", "--format", "step", "--out"};
+    const auto with = [&](std::vector<std::string> more) {
+        more.insert(more.begin(), command.begin(), command.end());
+        return run(more);
+    };
+    const auto solid = with({folder / "solid.step"});
+    EXPECT_EQ(solid.exit_code, 0) << solid.err;
+    EXPECT_NE(solid.err.find("note: it passes over section 2: "), std::string::npos) << solid.err;
+    const auto told = with({folder / "solid.step", "--json"});
+    EXPECT_NE(told.out.find("\"passed_over\":[\"2\"]"), std::string::npos) << told.out;
+    const auto surface = with({folder / "surface.step", "--surface"});
+    EXPECT_EQ(surface.exit_code, 0) << surface.err;
+    EXPECT_EQ(surface.err.find("passes over"), std::string::npos) << surface.err;
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include <TopoDS_Shape.hxx>
 #include <algorithm>
 
+#include "core/text.hpp"
 #include "tests/acquisition/gapped_part.hpp"
 #include "tests/acquisition/temp_folder.hpp"
 
@@ -91,6 +92,12 @@ TEST_F(PartBodies, NothingStandsWhereASectionIsMissing) {
 TEST_F(PartBodies, ASolidTakesTheSectionsWithoutGaps) {
     const auto one_lacks = judged_part_without(on_suction_side, four_sections(), {1});
     EXPECT_TRUE(export_step(one_lacks, PartBody::solid, file_));
+    ASSERT_EQ(passed_over(one_lacks).size(), 1U);
+    EXPECT_EQ(passed_over(one_lacks)[0]->index, 1U);
+    EXPECT_NE(core::read_file(file_)->find("'passes over 1 of 4 sections, which were not measured all round'"),
+              std::string::npos);
+    EXPECT_TRUE(export_step(one_lacks, PartBody::surface, file_));
+    EXPECT_EQ(core::read_file(file_)->find("passes over"), std::string::npos);
     const auto most_lack = export_step(judged_part_without(on_suction_side, four_sections(), {0, 1, 3}),
                                        PartBody::solid, folder_.path("solid.step"));
     ASSERT_FALSE(most_lack);
