@@ -27,6 +27,7 @@ constexpr std::size_t most_split = 8;  // of a gap in one pass
 constexpr double least_gap_mm = 0.02;  // what a probe can tell apart
 constexpr std::size_t beside = 6;      // points of the lap to either side: so far the smoothing reaches
 constexpr double touch_down_s = 1.0;
+constexpr double near_place_steps = 0.6;  // of the lap: a point so near to a place was measured there
 constexpr double near_touch_share = 0.1;  // of the contour's length, about a place where the largest circle touches
 
 /// The lap without the points past its start, and how densely each of its steps is to be measured.
@@ -37,6 +38,7 @@ class AgainPlanner {
         : judged_(judged), setup_(setup), bound_(bound), lap_(lap.points) {
         lap_.resize(lap_.size() - std::min(lap_.size(), SamplingOptions().overlap));
         split_.assign(lap_.size(), 1);
+        missing_.assign(lap_.size(), 0);
         std::vector<double> breaks{0.0};
         std::vector<fitting::PiecewiseCubic::Piece> sides;
         for (std::size_t i = 0; i < lap_.size(); ++i) {
@@ -50,9 +52,12 @@ class AgainPlanner {
 
     std::optional<AgainPass> plan() {
         AgainPass pass;
-        for (const auto& c : judged_.characteristics)
-            if (c.decision == Decision::undecided && ask(c)) pass.because.push_back(c.name);
-        if (pass.because.empty()) return std::nullopt;
+        const bool gaps = ask_gaps();
+        for (const auto& c : judged_.characteristics) {
+            const bool by_density = judged_.all_round() && c.decision == Decision::undecided && ask(c);
+            if (by_density || (gaps && lacks_a_gap(c))) pass.because.push_back(c.name);
+        }
+        if (pass.because.empty() && !(gaps && is_only_to_be_measured())) return std::nullopt;
         fill(pass);
         if (pass.stretches.empty() || spent_s() + pass.duration_s > bound_.seconds) return std::nullopt;
         return pass;
@@ -167,6 +172,47 @@ class AgainPlanner {
         return true;
     }
 
+    /// Nothing has limits, and it was not measured all round.
+    bool is_only_to_be_measured() const {
+        const auto has_limit = [](const Characteristic& c) { return c.lower || c.upper; };
+        return judged_.decision() == Decision::undecided &&
+               std::none_of(judged_.characteristics.begin(), judged_.characteristics.end(), has_limit);
+    }
+
+    /// With limits, and not decided because what it rests on was not all measured.
+    static bool lacks_a_gap(const Characteristic& c) {
+        return (c.lower || c.upper) &&
+               (c.partly ? c.decision == Decision::undecided : c.decision == Decision::not_evaluable);
+    }
+
+    /// Places of the lap in gaps of the contour where no good point is. Nothing: there are none.
+    bool ask_gaps() {
+        const auto& contour = judged_.fit->contour;
+        const std::size_t n = lap_.size();
+        const auto span_of = [&](const fitting::ContourPoint& at) {
+            return index_.closest(at.position_mm + setup_.ball_radius_mm * at.normal).span;
+        };
+        std::vector<char> there(n, 0);
+        for (const auto& point : judged_.points) {
+            if (point.verdict.reason != fitting::RejectReason::none) continue;
+            const Vector2d at = point.centre_mm.head<2>();
+            const std::size_t span = index_.closest(at).span;
+            for (const std::size_t i : {span, (span + 1) % n}) {
+                const double step_mm = (centre(i + 1) - centre(i + n - 1)).norm() / 2.0;
+                if ((at - centre(i)).norm() < near_place_steps * step_mm) there[i] = 1;
+            }
+        }
+        bool any = false;
+        for (const ContourGap& gap : judged_.gaps()) {
+            const std::size_t first = span_of(contour[gap.before]), last = span_of(contour[gap.behind]);
+            for (std::size_t i = first; i != (last + 1) % n; i = (i + 1) % n) {
+                missing_[i] = static_cast<char>(there[i] == 0);
+                any = any || there[i] == 0;
+            }
+        }
+        return any;
+    }
+
     /// The places that may lie beyond the limit.
     bool ask_profile(const Characteristic& c, Zone zone) {
         const auto& contour = judged_.fit->contour;
@@ -255,18 +301,25 @@ class AgainPlanner {
         return spent;
     }
 
+    bool is_asked_for(std::size_t step) const { return split_[step] > 1 || missing_[step] != 0; }
+
     void fill(AgainPass& pass) {
         const std::size_t n = lap_.size();
         const auto shares = occupied();
         std::size_t first = 0;  // a step behind one that is not asked for
-        while (first < n && (split_[first] == 1 || split_[(first + n - 1) % n] > 1))
+        while (first < n && (!is_asked_for(first) || is_asked_for((first + n - 1) % n)))
             ++first;
         if (first == n) first = 0;
         bool going_on = false;
+        const auto add = [&](const drivers::PathPoint& point) {
+            if (!std::exchange(going_on, true)) pass.stretches.emplace_back();
+            pass.stretches.back().push_back(point);
+        };
         for (std::size_t k = 0; k < n; ++k) {
             const std::size_t i = (first + k) % n;
+            if (missing_[i] != 0) add(lap_[i]);
             if (split_[i] == 1) {
-                going_on = false;
+                going_on = going_on && missing_[i] != 0;
                 continue;
             }
             const double step_mm = (centre(i + 1) - centre(i)).norm();
@@ -274,11 +327,8 @@ class AgainPlanner {
                 const double from = shares[i][gap], width = shares[i][gap + 1] - from;
                 const auto most = static_cast<std::size_t>(width * step_mm / least_gap_mm);
                 const std::size_t parts = std::min(split_[i], most);
-                for (std::size_t part = 1; part < parts; ++part) {
-                    if (!std::exchange(going_on, true)) pass.stretches.emplace_back();
-                    pass.stretches.back().push_back(
-                        between(i, from + width * static_cast<double>(part) / static_cast<double>(parts)));
-                }
+                for (std::size_t part = 1; part < parts; ++part)
+                    add(between(i, from + width * static_cast<double>(part) / static_cast<double>(parts)));
             }
         }
         for (const auto& stretch : pass.stretches) {
@@ -293,6 +343,7 @@ class AgainPlanner {
     const UntilDecided& bound_;
     std::vector<drivers::PathPoint> lap_;
     std::vector<std::size_t> split_;  // by step of the lap; 1: not asked for
+    std::vector<char> missing_;       // whether the place where the step begins is asked for
     fitting::PiecewiseCubic polygon_;
     fitting::ClosestPointIndex index_;
     std::size_t last_span_ = 0;
@@ -307,7 +358,7 @@ std::size_t AgainPass::points() const {
 
 std::optional<AgainPass> plan_again(const SectionResult& judged, const SectionSetup& setup, const PlannedPath& lap,
                                     const UntilDecided& bound) {
-    if (!judged.all_round() || !setup.nominal || lap.points.size() <= SamplingOptions().overlap) return std::nullopt;
+    if (!judged.has_contour() || !setup.nominal || lap.points.size() <= SamplingOptions().overlap) return std::nullopt;
     return AgainPlanner(judged, setup, lap, bound).plan();
 }
 

@@ -51,6 +51,7 @@ core::Status ScanJob::plan_pass() {
         again_.measured[index].insert(again_.measured[index].end(), there.begin(), there.end());
         bool left = false;
         if (planned) {
+            events_.emit(EventKind::measure_again, 0.0, again_payload(judged, pass, *planned));
             std::size_t known = there.size();
             for (auto& stretch : planned->stretches) {
                 const std::size_t first = std::min(known, stretch.size());
@@ -59,7 +60,6 @@ core::Status ScanJob::plan_pass() {
                 again_.paths.push_back({index, std::move(stretch), first});
                 left = true;
             }
-            events_.emit(EventKind::measure_again, 0.0, again_payload(judged, pass, *planned));
         }
         if (!left) submit_again(index);
     }

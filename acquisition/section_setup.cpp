@@ -150,7 +150,7 @@ struct FitPoints {
             const bool stands = reason == RejectReason::no_contact || reason == RejectReason::by_operator;
             excluded.push_back(stands ? reason : RejectReason::none);
             kept.push_back(static_cast<char>(point.verdict.kept));
-            later.push_back(static_cast<char>(point.pass > 0));
+            later.push_back(static_cast<char>(std::min<int>(point.pass, 127)));
         }
     }
     core::Result<fitting::SectionFit> fit(const fitting::SectionOptions& options) const {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <utility>
 
@@ -63,11 +64,11 @@ class CentreFitter {
                 fit_.verdicts[i].reason = RejectReason::no_contact;
             excluded[i] = fit_.verdicts[i].reason != RejectReason::none;
         }
-        std::vector<std::size_t> later;
+        std::map<char, std::vector<std::size_t>> later;  // by pass
         for (std::size_t i = 0; i < std::min(centres_.size(), later_.size()); ++i) {
             if (later_[i] == 0 || excluded[i] != 0) continue;
             excluded[i] = 1;  // from the lap
-            later.push_back(i);
+            later[later_[i]].push_back(i);
         }
         const auto usable = usable_points(centres_, excluded, duplicate);
         // A point on the spot of its predecessor tells nothing; one beside it is judged by the curve, like an overlap.
@@ -84,7 +85,8 @@ class CentreFitter {
         }
         auto lap = order_lap(centres_, usable, options_);
         if (!lap) return tl::unexpected(lap.error());
-        join_passes(centres_, later, options_.reject_floor_mm, *lap);
+        for (const auto& [pass, of_pass] : later)
+            join_pass(centres_, of_pass, options_.reject_floor_mm, *lap);
         index_ = std::move(lap->index);
         again_ = std::move(lap->again);
         again_.insert(again_.end(), beside.begin(), beside.end());

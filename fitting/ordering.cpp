@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -22,11 +23,12 @@ constexpr std::size_t least_lap_points = 16;
 constexpr double duplicate_share = 0.02;     // of the median spacing: nearer than that says nothing about direction
 constexpr double least_closing_share = 0.3;  // of the spacing: nearer to the first point a last one repeats it
 constexpr double back_lateral_mm = 0.015;    // noise and chord error: nearer to the stretch just measured is on it
-constexpr std::size_t back_reach = 32;  // points that a scan may step back: over a run of bad ones it may lose its way
-constexpr double most_misfit_mm = 6.0;  // of points that belong to a nominal
-constexpr double clear_sense = 0.5;     // of the misfit of the wrong sense
-constexpr double far_steps = 8.0;       // from one point to the next: a gap
-constexpr std::size_t start_tries = 6;  // the first points of a scan may be bad
+constexpr std::size_t back_reach = 32;   // points that a scan may step back: over a run of bad ones it may lose its way
+constexpr double most_misfit_mm = 6.0;   // of points that belong to a nominal
+constexpr double clear_sense = 0.5;      // of the misfit of the wrong sense
+constexpr double far_steps = 8.0;        // from one point to the next: a gap
+constexpr std::size_t steps_beside = 4;  // on either side, that a step is compared with
+constexpr std::size_t start_tries = 6;   // the first points of a scan may be bad
 
 double median(std::vector<double> values) {
     if (values.empty()) return 0.0;
@@ -260,9 +262,7 @@ core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std:
     return lap;
 }
 
-void join_passes(std::span<const Vec2> points, const std::vector<std::size_t>& later, double reject_floor_mm,
-                 Lap& lap) {
-    if (later.empty()) return;
+void join_pass(std::span<const Vec2> points, const std::vector<std::size_t>& later, double reject_floor_mm, Lap& lap) {
     std::vector<Vec2> ordered;
     for (const std::size_t i : lap.index)
         ordered.push_back(points[i]);
@@ -284,12 +284,38 @@ void join_passes(std::span<const Vec2> points, const std::vector<std::size_t>& l
         const Vec2 side = corners[(k + 1) % corners.size()] - corners[k];
         sides.push_back({corners[k], side.normalized(), Vec2::Zero(), Vec2::Zero()});
     }
+    const std::size_t n = corners.size();
+    const auto is_gap = [&](std::size_t side) {
+        std::vector<double> steps;
+        for (std::size_t k = 1; k <= steps_beside; ++k)
+            for (const std::size_t beside : {cyclic(side + k, n), cyclic(side + n - k, n)})
+                steps.push_back(breaks[beside + 1] - breaks[beside]);
+        return breaks[side + 1] - breaks[side] > far_steps * median(steps);
+    };
     const ClosestPointIndex polygon(PiecewiseCubic(breaks, std::move(sides), true));
+    std::map<std::size_t, std::vector<std::size_t>> in_gaps;  // by side
     std::size_t span = 0;
     for (const std::size_t i : later) {
         const CurveFoot foot = polygon.closest(points[i], span);
         span = foot.span;
-        along.emplace_back(foot.t, i);
+        const std::size_t before = cyclic(span + n - 1, n), behind = cyclic(span + 1, n);
+        if (is_gap(span)) {
+            in_gaps[span].push_back(i);
+        } else if (foot.t <= breaks[span] && is_gap(before)) {
+            in_gaps[before].push_back(i);
+        } else if (foot.t >= breaks[span + 1] && is_gap(behind)) {
+            in_gaps[behind].push_back(i);
+        } else {
+            along.emplace_back(foot.t, i);
+        }
+    }
+    // The straight line over a gap says nothing of the order of points far beside it: they keep their own.
+    for (auto& [side, in_gap] : in_gaps) {
+        const Vec2 over = corners[cyclic(side + 1, n)] - corners[side];
+        if ((points[in_gap.back()] - points[in_gap.front()]).dot(over) < 0.0)
+            std::reverse(in_gap.begin(), in_gap.end());
+        for (const std::size_t i : in_gap)
+            along.emplace_back(breaks[side], i);
     }
     std::stable_sort(along.begin(), along.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     constexpr double same_place_mm = 1e-6;

@@ -33,8 +33,9 @@ std::vector<std::size_t> usable_points(std::span<const Vec2> points, std::span<c
 core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std::size_t>& usable,
                             const SectionOptions& options);
 
-/// Puts the points of later passes, which lie between those of the lap, where they belong in it: at their feet on the
-/// polygon through its good points. One on the spot of its neighbour (1 nm) goes to `again`.
-void join_passes(std::span<const Vec2> points, const std::vector<std::size_t>& later, double reject_floor_mm, Lap& lap);
+/// Puts the points of a later pass, which lie between those of the lap, where they belong in it: at their feet on the
+/// polygon through its good points, in a gap as they follow each other. One on the spot of its neighbour (1 nm) goes to
+/// `again`.
+void join_pass(std::span<const Vec2> points, const std::vector<std::size_t>& later, double reject_floor_mm, Lap& lap);
 
 }  // namespace cmm::fitting

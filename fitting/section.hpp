@@ -133,9 +133,10 @@ struct SectionFit {
 
 /// Fits a section that goes round the blade, its gaps bridged. `centres` are in measuring order, any start, either
 /// direction; `excluded[i]` != none keeps a point out from the beginning (no contact, operator); `kept[i]` != 0 keeps a
-/// point in that the search would reject (operator); `later[i]` != 0: of a pass after the lap, over stretches of it,
-/// its points between those of before. All three may be shorter than `centres`, or empty. Errors: fit_not_evaluable
-/// (too few points, open and nothing tells the way, self-crossing, no two edges); never throws.
+/// point in that the search would reject (operator); `later[i]`: the number of the pass after the lap, over
+/// stretches of it, its points between those of before; 0: of the lap. All three may be shorter than `centres`, or
+/// empty. Errors: fit_not_evaluable (too few points, open and nothing tells the way, self-crossing, no two edges);
+/// never throws.
 core::Result<SectionFit> fit_section(std::span<const Eigen::Vector2d> centres, std::span<const RejectReason> excluded,
                                      const SectionOptions& options, std::span<const char> kept = {},
                                      std::span<const char> later = {});

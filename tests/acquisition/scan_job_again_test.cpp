@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "acquisition/run_results.hpp"
@@ -17,6 +18,7 @@ constexpr double noise_mm = 0.002;
 struct UntilDecidedTest : ScanJobTest {
     double share = 0.997;
     Eigen::Vector2d top_mm = Eigen::Vector2d::Zero();
+    decltype(machine.contact) touched;
 
     void SetUp() override {
         text = session_part_text("0.4");
@@ -32,7 +34,7 @@ struct UntilDecidedTest : ScanJobTest {
         job = SessionPart(text);
         const auto& lap = job.plan.paths[0].points;
         top_mm = lap[lap.size() / 8].centre_mm.head<2>();
-        machine.contact = [this](const drivers::PathPoint& point) {
+        touched = [this](const drivers::PathPoint& point) {
             auto rng = core::Rng::keyed(static_cast<std::uint64_t>(std::llround(1e5 * (500.0 + point.centre_mm.x()))),
                                         static_cast<std::uint64_t>(std::llround(1e5 * (500.0 + point.centre_mm.y()))),
                                         static_cast<std::uint64_t>(std::llround(1e3 * point.centre_mm.z())));
@@ -40,6 +42,7 @@ struct UntilDecidedTest : ScanJobTest {
             const double swollen = point.centre_mm.z() < 30.0 ? share * 0.05 * std::exp(-0.5 * off_top * off_top) : 0.0;
             return std::optional<Eigen::Vector3d>(point.centre_mm + (swollen + noise_mm * rng.normal()) * point.normal);
         };
+        machine.contact = touched;
     }
     std::size_t planned(std::size_t section) const { return job.plan.paths[section].points.size(); }
     std::size_t laps() const { return planned(0) + planned(1); }
@@ -181,6 +184,110 @@ TEST_F(UntilDecidedTest, AStopInAPassStopsTheMachineAndKeepsItsPoints) {
     const auto resumed = run(true);
     ASSERT_FALSE(resumed.outcome.error) << resumed.outcome.error->text();
     expect_same(whole, resumed.outcome.result);
+}
+
+/// A blade that is good, of whose lower section the probe did not feel the part near a place when it came there for the
+/// first time.
+struct GapAgainTest : UntilDecidedTest {
+    std::set<std::pair<long, long>> seen;
+    double reach_mm = 2.5;
+    Eigen::Vector2d le_mm = Eigen::Vector2d::Zero(), side_mm = Eigen::Vector2d::Zero();
+
+    void SetUp() override {
+        UntilDecidedTest::SetUp();
+        share = 0.2;
+        const auto& lap = job.plan.paths[0].points;
+        const auto more_left = [](const auto& a, const auto& b) { return a.centre_mm.x() < b.centre_mm.x(); };
+        le_mm = std::min_element(lap.begin(), lap.end(), more_left)->centre_mm.head<2>();
+        side_mm = lap[lap.size() / 3].centre_mm.head<2>();
+    }
+    void lose_first_touches_at(const Eigen::Vector2d& lost_mm) {
+        seen.clear();
+        machine.contact = [this, touched = touched, lost_mm](const drivers::PathPoint& point) {
+            const auto at = point.centre_mm.head<2>();
+            const bool first = seen.emplace(std::lround(1e3 * at.x()), std::lround(1e3 * at.y())).second;
+            const bool lost = first && point.centre_mm.z() < 30.0 && (at - lost_mm).norm() < reach_mm;
+            return lost ? std::nullopt : touched(point);
+        };
+    }
+    std::size_t lost_near(const Eigen::Vector2d& lost_mm) const {
+        const auto& lap = job.plan.paths[0].points;
+        std::set<std::pair<double, double>> places;  // the lap passes its start
+        for (const auto& point : lap)
+            if ((point.centre_mm.head<2>() - lost_mm).norm() < reach_mm)
+                places.emplace(point.centre_mm.x(), point.centre_mm.y());
+        return places.size();
+    }
+};
+
+TEST_F(GapAgainTest, WhatTheProbeMissedIsMeasuredAgain) {
+    for (const auto& [lost_mm, far_mm] : {std::pair{le_mm, 2.5}, {le_mm, 7.0}, {side_mm, 2.5}}) {
+        reach_mm = far_mm;
+        lose_first_touches_at(lost_mm);
+        const auto ran = run();
+        ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+        const SectionResult& section = ran.outcome.result.sections[0];
+        EXPECT_EQ(again(section), lost_near(lost_mm));
+        EXPECT_TRUE(section.gaps().empty());
+        EXPECT_TRUE(section.all_round()) << section.why_not_all_round();
+        EXPECT_EQ(ran.outcome.result.verdict(), Decision::accept) << verdict_reasons(ran.outcome.result).at(0);
+        for (const auto& d : section.deviation_mm)
+            if (d) {
+                EXPECT_LT(std::abs(*d), 0.03);
+            }
+        const Event* event = ran.find(EventKind::measure_again);
+        ASSERT_NE(event, nullptr);
+        EXPECT_TRUE(holds(event->payload, "\"because\":[{\"name\":\"profile_")) << event->payload;
+        EXPECT_TRUE(holds(event->payload, "\"points\":" + std::to_string(lost_near(lost_mm)) + ",")) << event->payload;
+        const auto later = results_of_run(file, nullptr);
+        ASSERT_TRUE(later) << later.error().text();
+        expect_same(ran.outcome.result, *later);
+        std::filesystem::remove(file);
+        forget();
+    }
+}
+
+/// Also where nothing has limits: a part that is measured in part is not done.
+TEST_F(GapAgainTest, NothingNeedHaveLimits) {
+    for (const std::string limit : {"profile_mm = 0.1\n", "edge_profile_mm = 0.1\n"})
+        text.erase(text.find(limit), limit.size());
+    job = SessionPart(text);
+    lose_first_touches_at(le_mm);
+    const auto ran = run();
+    ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+    EXPECT_EQ(again(ran.outcome.result.sections[0]), lost_near(le_mm));
+    EXPECT_EQ(ran.outcome.result.sections[0].decision(), Decision::reported);
+    EXPECT_NE(ran.outcome.result.verdict(), Decision::undecided);
+}
+
+/// What it does not feel a second time either stays a gap, after the passes that are allowed.
+TEST_F(GapAgainTest, WhatCannotBeTouchedStaysAGap) {
+    machine.contact = [this, touched = touched](const drivers::PathPoint& point) {
+        const bool lost = point.centre_mm.z() < 30.0 && (point.centre_mm.head<2>() - side_mm).norm() < reach_mm;
+        return lost ? std::nullopt : touched(point);
+    };
+    const auto ran = run();
+    ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+    const SectionResult& section = ran.outcome.result.sections[0];
+    EXPECT_EQ(again(section), 2 * lost_near(side_mm)) << "two passes";
+    EXPECT_EQ(section.gaps().size(), 1U);
+    EXPECT_EQ(section.decision(), Decision::undecided);
+    EXPECT_EQ(ran.outcome.result.verdict(), Decision::undecided);
+}
+
+TEST_F(GapAgainTest, ARunThatLosesItsLinkInAGapGoesOnBehindItsLastPoint) {
+    lose_first_touches_at(le_mm);
+    const auto whole = unbroken();
+    lose_first_touches_at(le_mm);
+    machine.cut_after = machine.delivered + laps() + 4;
+    machine.cut_keeps = 2;
+    ASSERT_TRUE(run().outcome.error);
+    forget();
+    machine.cut_after = 0;
+    const auto ran = run(true);
+    ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
+    EXPECT_EQ(again(ran.outcome.result.sections[0]), lost_near(le_mm));
+    EXPECT_EQ(ran.outcome.result.verdict(), whole.verdict());
 }
 
 /// A door that is opened in a pass: the job waits at rest, and goes on in the same process.

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <numbers>
 
@@ -191,6 +192,45 @@ TEST(Ordering, PointsOfALaterPassGoBetweenThoseOfTheLap) {
     EXPECT_EQ(joined->centres.points.size(), whole->centres.points.size());
     EXPECT_EQ(joined->centres.points, whole->centres.points);
     EXPECT_EQ(joined->chord_mm, whole->chord_mm);
+}
+
+/// A lap that misses an edge and half of both sides, a pass that has every other point of them, and one with the rest:
+/// the straight line over the gap does not tell their order.
+TEST(Ordering, PassesOverAGapKeepTheirOrder) {
+    const auto blade = families::make(families::Family::compressor, 3);
+    constexpr std::size_t count = 800, half_gap = 200;
+    std::vector<Vec2> merged;
+    for (std::size_t k = 0; k < count; ++k)
+        merged.push_back(blade.ball_centre(4.0 * static_cast<double>(k) / count, 1.0));
+    const auto nearer = [&](const Vec2& a, const Vec2& b) {
+        return (a - blade.le().nose).norm() < (b - blade.le().nose).norm();
+    };
+    const auto nose = std::min_element(merged.begin(), merged.end(), nearer);
+    std::rotate(merged.begin(), merged.begin() + (nose - merged.begin() + count / 2) % count, merged.end());
+    for (const bool backwards : {false, true}) {
+        std::array<std::vector<Vec2>, 3> passes;  // the first is the lap
+        for (std::size_t k = 0; k < count; ++k)
+            passes.at(k < count / 2 - half_gap || k > count / 2 + half_gap ? 0 : 1 + k % 2).push_back(merged[k]);
+        if (backwards) std::reverse(passes[1].begin(), passes[1].end());
+        std::vector<Vec2> all;
+        std::vector<char> pass_of;
+        for (std::size_t pass = 0; pass < passes.size(); ++pass) {
+            all.insert(all.end(), passes.at(pass).begin(), passes.at(pass).end());
+            pass_of.resize(all.size(), static_cast<char>(pass));
+        }
+        SectionOptions options;
+        options.le_hint = blade.le().nose;
+        options.te_hint = blade.te().nose;
+        const auto joined = fit_section(all, {}, options, {}, pass_of);
+        const auto whole = fit_section(merged, {}, options);
+        ASSERT_TRUE(whole);
+        ASSERT_TRUE(joined) << joined.error().text();
+        // It begins elsewhere: at the point that is farthest from the middle of the lap alone.
+        auto points = joined->centres.points;
+        std::rotate(points.begin(), std::find(points.begin(), points.end(), whole->centres.points.front()),
+                    points.end());
+        EXPECT_TRUE(points == whole->centres.points) << backwards;
+    }
 }
 
 /// A bad point of a pass is found among its neighbours of the lap.
