@@ -25,10 +25,13 @@ class UntilDecided : public testing::Test {
     };
 
     /// On a machine that is new each time: the same part with the same noise.
-    Measured measure(const std::string& part, const std::string& name) {
+    Measured measure(const std::string& part, const std::string& name, const std::string& speed = "50",
+                     const std::vector<std::string>& more = {}) {
         const TemporaryFolder of_machine;
         const std::string out = folder_ / name, events = folder_ / (name + "-events");
-        SimulatedMachine machine(part, of_machine, {"--speed", "50", "--seed", "14"});
+        std::vector<std::string> how{"--speed", speed, "--seed", "14"};
+        how.insert(how.end(), more.begin(), more.end());
+        SimulatedMachine machine(part, of_machine, how);
         EXPECT_FALSE(machine.url().empty()) << machine.process().err();
         auto command = scan_command(machine, part, out, false);
         command.insert(command.end(), {"--events", events});
@@ -82,6 +85,33 @@ TEST_F(UntilDecided, TheMachineMeasuresWhatDecidesAndTheLapIsKept) {
     EXPECT_GT(second.points.size(), first.points.size());
     for (std::size_t i = 0; i < kept.size(); ++i)
         EXPECT_EQ(kept[i].centre_mm, first.points[i].centre_mm) << i;
+}
+
+/// The ball leaves the part for 40 places round an edge of the first section, and finds it the next time.
+TEST_F(UntilDecided, WhatTheBallLostIsTouchedAgain) {
+    std::ofstream(folder_ / "lift.toml")
+        << "[[fault]]\nwhat = \"lift_off\"\nsamples = [320, 322]\num = 300\ntimes = 40\n";
+    const auto part_with = [&](const std::string& scan) {
+        std::ifstream in("config/parts/demo.toml");
+        std::string text(std::istreambuf_iterator<char>(in), {});
+        for (const auto& [from, to] : {std::pair<std::string, std::string>{"pitch_mm = 0.4", "pitch_mm = 0.1\n" + scan},
+                                       {"count = 8", "count = 2"}})
+            text.replace(text.find(from), from.size(), to);
+        const std::string file = folder_ / "dense.toml";
+        std::ofstream(file) << text;
+        return file;
+    };
+    const std::vector<std::string> lifting{"--faults", folder_ / "lift.toml"};
+    const auto lap = measure(part_with(""), "gap", "10", lifting);
+    EXPECT_EQ(lap.ended.exit_code, 2) << lap.ended.err;
+    ASSERT_FALSE(lap.part.sections.empty());
+    EXPECT_EQ(lap.part.sections[0].gaps().size(), 1U);
+    const auto again = measure(part_with("until_decided = true"), "filled", "10", lifting);
+    EXPECT_EQ(again.ended.exit_code, 0) << again.ended.err;
+    ASSERT_FALSE(again.part.sections.empty());
+    EXPECT_TRUE(again.part.sections[0].gaps().empty());
+    EXPECT_GE(points_of_passes(again.part.sections[0]).at(1), 40U);
+    EXPECT_EQ(again.part.verdict(), Decision::accept);
 }
 
 }  // namespace
