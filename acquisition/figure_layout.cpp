@@ -42,14 +42,6 @@ SurfacePoints surface_points(const SectionResult& section, double ball_radius_mm
     return out;
 }
 
-std::vector<Vector2d> contour_positions(const SectionResult& section) {
-    std::vector<Vector2d> out;
-    if (!section.has_contour()) return out;
-    for (const auto& point : section.fit->contour)
-        out.push_back(point.position_mm);
-    return out;
-}
-
 std::string contour_path(const SectionResult& section, const std::vector<Vector2d>& pixels) {
     const auto gaps = section.gaps();
     if (gaps.empty()) return svg::polyline(pixels, true);

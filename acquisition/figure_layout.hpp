@@ -44,7 +44,6 @@ struct SurfacePoints {
 
 /// Recorded points less the ball radius along the normal of the nearest contour point; ball centres without a contour.
 SurfacePoints surface_points(const SectionResult& section, double ball_radius_mm);
-std::vector<Vector2d> contour_positions(const SectionResult& section);
 /// A line through what belongs to the contour's points, one for each; a gap is a gap.
 std::string contour_path(const SectionResult& section, const std::vector<Vector2d>& pixels);
 

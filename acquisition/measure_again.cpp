@@ -52,12 +52,15 @@ class AgainPlanner {
 
     std::optional<AgainPass> plan() {
         AgainPass pass;
-        const bool gaps = ask_gaps();
-        for (const auto& c : judged_.characteristics) {
+        const auto& characteristics = judged_.characteristics;
+        const bool open = is_only_to_be_measured() ||
+                          std::any_of(characteristics.begin(), characteristics.end(), lacks_measured_places);
+        const bool gaps = open && ask_gaps();
+        for (const auto& c : characteristics) {
             const bool by_density = judged_.all_round() && c.decision == Decision::undecided && ask(c);
-            if (by_density || (gaps && lacks_a_gap(c))) pass.because.push_back(c.name);
+            if (by_density || (gaps && lacks_measured_places(c))) pass.because.push_back(c.name);
         }
-        if (pass.because.empty() && !(gaps && is_only_to_be_measured())) return std::nullopt;
+        if (pass.because.empty() && !gaps) return std::nullopt;
         fill(pass);
         if (pass.stretches.empty() || spent_s() + pass.duration_s > bound_.seconds) return std::nullopt;
         return pass;
@@ -179,8 +182,9 @@ class AgainPlanner {
                std::none_of(judged_.characteristics.begin(), judged_.characteristics.end(), has_limit);
     }
 
-    /// With limits, and not decided because what it rests on was not all measured.
-    static bool lacks_a_gap(const Characteristic& c) {
+    /// With limits, and not decided where something was not measured. What is not evaluable for another reason asks in
+    /// vain, once: then the gap is measured.
+    static bool lacks_measured_places(const Characteristic& c) {
         return (c.lower || c.upper) &&
                (c.partly ? c.decision == Decision::undecided : c.decision == Decision::not_evaluable);
     }

@@ -28,17 +28,10 @@ std::vector<Eigen::Vector2d> measured_points(const SectionResult& section) {
     return points;
 }
 
-std::vector<Eigen::Vector2d> all_points(const SectionResult& section) {
-    std::vector<Eigen::Vector2d> points;
-    for (const auto& point : section.fit->contour)
-        points.push_back(point.position_mm);
-    return points;
-}
-
 /// Over each gap the way of a surface at the section's height, moved evenly from what the gap's one end is off it to
 /// what the other is. Points are counted as measured_points has them.
-std::vector<GapBridge> bridges_along(const Surface& surface, const SectionResult& section) {
-    const fitting::SurfaceIndex index(surface);
+std::vector<GapBridge> bridges_along(const Surface& surface, const fitting::SurfaceIndex& index,
+                                     const SectionResult& section) {
     const auto& contour = section.fit->contour;
     const double period = surface.u().back() - surface.u().front();
     const auto there = [&](double u) -> Eigen::Vector2d { return surface.position({u, section.z_mm}).head<2>(); };
@@ -74,7 +67,8 @@ class RowMaker {
         const auto known = static_cast<std::size_t>(std::count_if(sections_.begin(), sections_.end(), whole));
         for (std::size_t k = 0; k < sections_.size(); ++k) {
             if (known >= fewest_whole && !whole(sections_[k])) continue;
-            if (auto status = make(k, all_points(*sections_[k]), {}); !status) return tl::unexpected(status.error());
+            if (auto status = make(k, contour_positions(*sections_[k]), {}); !status)
+                return tl::unexpected(status.error());
         }
         for (auto next = reached(); !next.empty(); next = reached())
             if (auto status = bridge(next); !status) return tl::unexpected(status.error());
@@ -109,10 +103,11 @@ class RowMaker {
         options.beyond_mm = std::max({0.0, below, above});
         const auto fit = fitting::fit_surface(known, options);
         if (!fit) return tl::unexpected(fit.error());
+        const fitting::SurfaceIndex index(fit->surface);
         for (const std::size_t k : next) {
             const SectionResult& section = *sections_[k];
-            if (auto status = make(k, measured_points(section), bridges_along(fit->surface, section)); !status)
-                return status;
+            const auto bridges = bridges_along(fit->surface, index, section);
+            if (auto status = make(k, measured_points(section), bridges); !status) return status;
         }
         return {};
     }

@@ -275,6 +275,14 @@ bool PartResult::has_requirements() const {
                        [](const PartCharacteristic& c) { return c.number.has_requirement(); });
 }
 
+std::vector<Eigen::Vector2d> contour_positions(const SectionResult& section) {
+    std::vector<Eigen::Vector2d> out;
+    if (!section.has_contour()) return out;
+    for (const auto& point : section.fit->contour)
+        out.push_back(point.position_mm);
+    return out;
+}
+
 std::map<int, std::size_t> points_of_passes(const SectionResult& section) {
     std::map<int, std::size_t> count;
     for (const auto& point : section.points)

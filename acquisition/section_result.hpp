@@ -208,6 +208,9 @@ struct PartResult {
     bool has_requirements() const;
 };
 
+/// The contour, its bridges too; empty: none.
+std::vector<Eigen::Vector2d> contour_positions(const SectionResult& section);
+
 /// Points of each pass that measured stretches of the section again, by its number.
 std::map<int, std::size_t> points_of_passes(const SectionResult& section);
 

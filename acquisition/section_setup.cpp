@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/section_setup.hpp"
 
+#include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "acquisition/evaluation.hpp"
@@ -150,7 +152,7 @@ struct FitPoints {
             const bool stands = reason == RejectReason::no_contact || reason == RejectReason::by_operator;
             excluded.push_back(stands ? reason : RejectReason::none);
             kept.push_back(static_cast<char>(point.verdict.kept));
-            later.push_back(static_cast<char>(std::min<int>(point.pass, 127)));
+            later.push_back(static_cast<char>(std::min<int>(point.pass, std::numeric_limits<signed char>::max())));
         }
     }
     core::Result<fitting::SectionFit> fit(const fitting::SectionOptions& options) const {

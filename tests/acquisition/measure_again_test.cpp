@@ -63,6 +63,31 @@ TEST_F(MeasureAgainTest, OnlyThePlacesThatMayBeOutAreMeasuredAgain) {
     }
 }
 
+/// What was not measured is asked for where it leaves something open, also beside what is to be denser.
+TEST_F(MeasureAgainTest, AGapIsMeasuredAgainWhereItLeavesSomethingOpen) {
+    auto points = points_of(0.95);
+    const Eigen::Vector2d lost = blade.at(1.5).position;
+    const auto is_lost = [&](const RecordedPoint& point) {
+        return (point.centre_mm.head<2>() - lost).norm() < 0.1 * blade.shape().chord;
+    };
+    const auto missing = static_cast<std::size_t>(std::count_if(points.begin(), points.end(), is_lost));
+    ASSERT_GT(missing, 10U);
+    std::erase_if(points, is_lost);
+    auto result = judged(points);
+    ASSERT_EQ(result.gaps().size(), 1U);
+    const auto both = plan(result);
+    ASSERT_TRUE(both);
+    EXPECT_EQ(both->because, (std::vector<std::string>{"profile_suction", "profile_pressure"}));
+    ASSERT_EQ(both->stretches.size(), 2U);
+    EXPECT_EQ(std::min(both->stretches[0].size(), both->stretches[1].size()), missing);
+    for (auto& c : result.characteristics)
+        if (c.name == "profile_pressure") c.upper.reset();
+    const auto denser = plan(result);
+    ASSERT_TRUE(denser);
+    EXPECT_EQ(denser->because, std::vector<std::string>{"profile_suction"});
+    EXPECT_EQ(denser->points(), both->points() - missing);
+}
+
 /// The same from the same points: a run that was cut off goes on with the pass that it had begun.
 TEST_F(MeasureAgainTest, ThePlanFollowsFromThePoints) {
     const auto result = judged(points_of(0.95));
