@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,35 +13,35 @@
 #include "app/console.hpp"
 #include "app/run_input.hpp"
 #include "core/text.hpp"
+#include "core/units.hpp"
 
 namespace cmm::app {
 namespace {
 
-core::Status write(const acquisition::PartResult& result, const ExportOptions& options) {
+/// A body says what it has of its part; other files have all that there is.
+core::Result<std::optional<acquisition::WrittenBody>> write(const acquisition::PartResult& result,
+                                                            const ExportOptions& options) {
     const std::string &format = options.format, &out = options.out;
-    if (format == "json") return acquisition::export_json(result, out);
-    if (format == "html") return acquisition::export_html(result, out);
-    if (format == "pdf") return acquisition::export_pdf(result, out);
-    if (format == "dfq") return acquisition::export_dfq(result, out);
-    if (format == "dmis") return acquisition::export_dmis(result, out);
-    if (format == "png") return acquisition::export_png(result, out);
-    if (format == "qif") return acquisition::export_qif(result, out);
-    if (format == "svg") return acquisition::export_svg(result, out);
     if (format == "stl") return acquisition::export_stl(result, out);
     if (format == "step") {
         const auto body = options.surface ? acquisition::PartBody::surface : acquisition::PartBody::solid;
         return acquisition::export_step(result, body, out);
     }
-    std::error_code code;
-    std::filesystem::create_directories(out, code);
-    return acquisition::export_csv(result, out);
-}
-
-/// Sections that the written body has nothing of.
-std::vector<const acquisition::SectionResult*> passed_over(const acquisition::PartResult& result,
-                                                           const ExportOptions& options) {
-    const bool solid = options.format == "stl" || (options.format == "step" && !options.surface);
-    return solid ? acquisition::passed_over(result) : std::vector<const acquisition::SectionResult*>{};
+    const auto written = [&]() -> core::Status {
+        if (format == "json") return acquisition::export_json(result, out);
+        if (format == "html") return acquisition::export_html(result, out);
+        if (format == "pdf") return acquisition::export_pdf(result, out);
+        if (format == "dfq") return acquisition::export_dfq(result, out);
+        if (format == "dmis") return acquisition::export_dmis(result, out);
+        if (format == "png") return acquisition::export_png(result, out);
+        if (format == "qif") return acquisition::export_qif(result, out);
+        if (format == "svg") return acquisition::export_svg(result, out);
+        std::error_code code;
+        std::filesystem::create_directories(out, code);
+        return acquisition::export_csv(result, out);
+    }();
+    if (!written) return tl::unexpected(written.error());
+    return std::nullopt;
 }
 
 std::string why_not_taken(const acquisition::SectionResult& section) {
@@ -55,6 +56,21 @@ std::string names_of(const std::vector<const acquisition::SectionResult*>& secti
     return "[" + names + "]";
 }
 
+std::string off_of(const acquisition::WrittenBody& body) {
+    acquisition::JsonFields fields;
+    fields.add("max", core::um_from_mm(body.off_max_mm), 3).add("rms", core::um_from_mm(body.off_rms_mm), 3);
+    return "{" + fields.add("section", body.farthest->name).text() + "}";
+}
+
+void tell(const acquisition::WrittenBody& body) {
+    for (const auto* section : body.passed_over)
+        std::fprintf(stderr, "note: it passes over section %s: %s\n", section->name.c_str(),
+                     why_not_taken(*section).c_str());
+    std::fprintf(stderr, "measured contours are at most %s um off its surface (section %s; rms %s um)\n",
+                 core::fixed(core::um_from_mm(body.off_max_mm), 2).c_str(), body.farthest->name.c_str(),
+                 core::fixed(core::um_from_mm(body.off_rms_mm), 2).c_str());
+}
+
 }  // namespace
 
 int run_export(const ExportOptions& options) {
@@ -65,17 +81,18 @@ int run_export(const ExportOptions& options) {
     }
     const auto result = acquisition::results_of_run(run_file_of(options.input), nullptr);
     if (!result) return report(result.error(), options.json);
-    if (auto status = write(*result, options); !status) return report(status.error(), options.json);
-    const auto left_out = passed_over(*result, options);
+    const auto body = write(*result, options);
+    if (!body) return report(body.error(), options.json);
     if (options.json) {
         auto fields = acquisition::JsonFields().add("format", options.format).add("out", options.out);
-        if (!left_out.empty()) fields.raw("passed_over", names_of(left_out));
+        if (*body) {
+            if (!(*body)->passed_over.empty()) fields.raw("passed_over", names_of((*body)->passed_over));
+            fields.raw("contours_off_um", off_of(**body));
+        }
         std::printf("{%s}\n", fields.text().c_str());
     } else {
         std::fprintf(stderr, "written: %s\n", options.out.c_str());
-        for (const auto* section : left_out)
-            std::fprintf(stderr, "note: it passes over section %s: %s\n", section->name.c_str(),
-                         why_not_taken(*section).c_str());
+        if (*body) tell(**body);
     }
     return 0;
 }

@@ -210,9 +210,11 @@ TEST(ExportOfAnInterruptedScan, SaysWhichSectionTheSolidPassesOver) {
     EXPECT_NE(solid.err.find("note: it passes over section 2: "), std::string::npos) << solid.err;
     const auto told = with({folder / "solid.step", "--json"});
     EXPECT_NE(told.out.find("\"passed_over\":[\"2\"]"), std::string::npos) << told.out;
+    EXPECT_NE(told.out.find("\"contours_off_um\":{\"max\":0."), std::string::npos) << told.out;
     const auto surface = with({folder / "surface.step", "--surface"});
     EXPECT_EQ(surface.exit_code, 0) << surface.err;
     EXPECT_EQ(surface.err.find("passes over"), std::string::npos) << surface.err;
+    EXPECT_NE(surface.err.find("measured contours are at most "), std::string::npos) << surface.err;
 }
 
 }  // namespace
