@@ -109,8 +109,8 @@ std::string description_of(const WrittenBody& body, std::size_t sections) {
     if (!body.passed_over.empty())
         text = "passes over " + std::to_string(body.passed_over.size()) + " of " + std::to_string(sections) +
                " sections, which were not measured all round; ";
-    return text + "the measured contours are at most " + core::fixed(core::um_from_mm(body.off_max_mm), 2) +
-           " um off its surface (rms " + core::fixed(core::um_from_mm(body.off_rms_mm), 2) + " um)";
+    return text + "the measured contours are at most " + core::fixed(core::um_from_mm(body.off_max_mm), 3) +
+           " um off its surface (rms " + core::fixed(core::um_from_mm(body.off_rms_mm), 3) + " um)";
 }
 
 }  // namespace

@@ -67,8 +67,8 @@ void tell(const acquisition::WrittenBody& body) {
         std::fprintf(stderr, "note: it passes over section %s: %s\n", section->name.c_str(),
                      why_not_taken(*section).c_str());
     std::fprintf(stderr, "measured contours are at most %s um off its surface (section %s; rms %s um)\n",
-                 core::fixed(core::um_from_mm(body.off_max_mm), 2).c_str(), body.farthest->name.c_str(),
-                 core::fixed(core::um_from_mm(body.off_rms_mm), 2).c_str());
+                 core::fixed(core::um_from_mm(body.off_max_mm), 3).c_str(), body.farthest->name.c_str(),
+                 core::fixed(core::um_from_mm(body.off_rms_mm), 3).c_str());
 }
 
 }  // namespace
