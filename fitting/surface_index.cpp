@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <utility>
 
 #include "fitting/cell_order.hpp"
 #include "fitting/group_order.hpp"
+#include "fitting/lane_bits.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -164,6 +166,7 @@ void SurfaceIndex::bring_neighbours_together() {
 }
 
 void SurfaceIndex::build_tree() {
+    in_last_group_ = (1U << ((patches_.size() - 1) % group_size + 1)) - 1U;
     groups_.resize((patches_.size() + group_size - 1) / group_size);
     std::vector<Vec3> low(groups_.size(), Vec3::Constant(no_bound)), high(groups_.size(), -low[0]);
     for (std::size_t k = 0; k < patches_.size(); ++k) {
@@ -265,7 +268,7 @@ void SurfaceIndex::approach(const Vec3& p, const Rounded& rounded, Best& best) c
     minimise(p, patches_[group_size * box].domain(), best);
 }
 
-/// All of these groups that could be nearer. No branch depends on a box: which of them matter is not to be foretold.
+/// All of these groups that could be nearer.
 void SurfaceIndex::search(const Vec3& p, const Rounded& rounded, std::size_t level,
                           std::span<const std::uint32_t> groups, Best& best) const {
     std::array<std::uint32_t, group_size * most_groups_at_once> left;
@@ -275,10 +278,8 @@ void SurfaceIndex::search(const Vec3& p, const Rounded& rounded, std::size_t lev
         std::size_t count = 0;
         for (const std::uint32_t group : now) {
             const Lanes squares = levels_[level][group].squares(rounded);
-            for (std::uint32_t k = 0; k < group_size; ++k) {
-                left[count] = group_size * group + k;
-                count += squares[k] < best.limit_squared;
-            }
+            const std::uint32_t near = lanes_where(squares, std::less<>(), best.limit_squared);
+            count += list_lanes(near, group_size * group, &left[count]);
         }
         const std::span<const std::uint32_t> below(left.data(), count);
         if (level > 0)
@@ -291,25 +292,30 @@ void SurfaceIndex::search(const Vec3& p, const Rounded& rounded, std::size_t lev
 /// Their patches that could be nearer, the nearest first.
 void SurfaceIndex::look_at(const Vec3& p, const Rounded& rounded, std::span<const std::uint32_t> groups,
                            Best& best) const {
-    std::array<std::uint32_t, group_size * group_size * most_groups_at_once> left;
-    std::array<float, left.size()> away;
+    constexpr std::size_t most = group_size * group_size * most_groups_at_once;
+    std::array<std::uint32_t, most> left;  // as many patches behind the first of the first group
+    std::array<float, most> away;          // of all of them
     std::size_t count = 0;
-    for (const std::uint32_t group : groups) {
-        const Lanes least = groups_[group].least_distances(rounded.middle);
-        for (std::uint32_t k = 0; k < group_size; ++k) {
-            left[count] = group_size * group + k;
-            away[count] = least[k];
-            count += !(least[k] > best.limit_above + rounded.slack) & (left[count] < patches_.size());
-        }
+    const float limit = best.limit_above + rounded.slack;
+    for (std::uint32_t g = 0; g < groups.size(); ++g) {
+        const Lanes least = groups_[groups[g]].least_distances(rounded.middle);
+        std::copy_n(least.data(), group_size, &away[group_size * g]);
+        const std::uint32_t far = lanes_where(least, std::greater<>(), limit);
+        count += list_lanes(~far & filled(groups[g]), group_size * g, &left[count]);
     }
     while (count > 0) {
-        const auto nearest = std::min_element(away.begin(), away.begin() + count) - away.begin();
-        if (away[nearest] > best.limit_above + rounded.slack) return;
-        visit(p, patches_[left[nearest]], best);
-        --count;
-        left[nearest] = left[count];
-        away[nearest] = away[count];
+        const auto nearest = std::min_element(left.begin(), left.begin() + count,
+                                              [&](std::uint32_t a, std::uint32_t b) { return away[a] < away[b]; });
+        const std::uint32_t patch = *nearest;
+        if (away[patch] > best.limit_above + rounded.slack) return;
+        visit(p, patches_[group_size * groups[patch / group_size] + patch % group_size], best);
+        *nearest = left[--count];
     }
+}
+
+/// A bit for each patch that a group has.
+std::uint32_t SurfaceIndex::filled(std::uint32_t group) const {
+    return group + 1 < groups_.size() ? 0xffU : in_last_group_;
 }
 
 void SurfaceIndex::visit(const Vec3& p, const PatchBounds& patch, Best& best) const {

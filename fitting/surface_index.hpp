@@ -95,6 +95,7 @@ class SurfaceIndex {
     void search(const Vec3& p, const Rounded& rounded, std::size_t level, std::span<const std::uint32_t> groups,
                 Best& best) const;
     void look_at(const Vec3& p, const Rounded& rounded, std::span<const std::uint32_t> groups, Best& best) const;
+    std::uint32_t filled(std::uint32_t group) const;
     void visit(const Vec3& p, const PatchBounds& patch, Best& best) const;
     void settle(const Vec3& p, Best& best) const;
     void sound(const Vec3& p, const PatchDomain& domain, Best& best) const;
@@ -104,6 +105,7 @@ class SurfaceIndex {
     std::vector<PatchBounds> patches_;
     std::vector<PatchGroup> groups_;
     std::vector<std::vector<Group>> levels_;  // boxes of the groups, of these by eight, and so on to one
+    std::uint32_t in_last_group_ = 0;         // a bit for each patch that it has
     double extent_ = 0.0;                     // no coordinate is larger
 };
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 
+#include "fitting/lane_bits.hpp"
 #include "fitting/surface.hpp"
 
 namespace cmm::fitting {
@@ -63,8 +64,8 @@ class PatchBounds {
 /// The parallelograms of eight patches in single precision, for a first look at all of them at once.
 class PatchGroup {
   public:
-    static constexpr std::size_t size = 8;
-    using Lanes = Eigen::Array<float, size, 1>;
+    static constexpr std::size_t size = lane_count;
+    using Lanes = FloatLanes;
 
     void set(std::size_t lane, const PatchBounds& patch);
     /// PatchBounds::least_distance from the parallelogram alone, too large by no more than single precision costs:
