@@ -86,7 +86,7 @@ core::Result<Body> body_of(const PartResult& part, PartBody kind) {
     std::stable_sort(upwards.begin(), upwards.end(), [](auto* a, auto* b) { return a->z_mm < b->z_mm; });
     const auto rows = part_rows(upwards);
     if (!rows) return tl::unexpected(rows.error());
-    const auto fit = fitting::fit_surface(*rows);
+    const auto fit = fitting::fit_surface(*rows, {.through_rows = true});
     if (!fit) return tl::unexpected(fit.error());
     const fitting::Surface& surface = fit->surface;
     cad::SplineNet& net = body.net;

@@ -8,10 +8,8 @@
 #include "acquisition/exports.hpp"
 #include "acquisition/json_text.hpp"
 #include "acquisition/part_body.hpp"
-#include "acquisition/run_results.hpp"
 #include "app/commands.hpp"
 #include "app/console.hpp"
-#include "app/run_input.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 
@@ -79,7 +77,7 @@ int run_export(const ExportOptions& options) {
             {core::ErrorCode::usage, "--surface goes with --format step only", {}, core::Motion::not_concerned},
             options.json);
     }
-    const auto result = acquisition::results_of_run(run_file_of(options.input), nullptr);
+    const auto result = judge_input(options.input);
     if (!result) return report(result.error(), options.json);
     const auto body = write(*result, options);
     if (!body) return report(body.error(), options.json);

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "app/judged_input.hpp"
+
 /// One function a subcommand, each returns the exit code of the contract (docs/cli.md). main.cpp parses, these act.
 namespace cmm::app {
 
@@ -65,10 +67,8 @@ struct PlanOptions {
 int run_plan(const PlanOptions& options);
 
 struct FitOptions {
-    std::vector<std::string> inputs;
-    double stylus_radius_mm = -1.0;  ///< negative: from the part file or run file, else 1 mm is refused
-    std::string part, out;
-    std::vector<std::string> rejected, restored;  ///< sequence numbers and ranges
+    JudgedInput input;
+    std::string out;
     bool json = false;
 };
 int run_fit(const FitOptions& options);
@@ -80,7 +80,8 @@ struct GateOptions {
 int run_gate(const GateOptions& options);
 
 struct ExportOptions {
-    std::string input, format, out;
+    JudgedInput input;
+    std::string format, out;
     bool surface = false;  ///< step: the surface alone, not a solid
     bool json = false;
 };

@@ -49,6 +49,21 @@ class CommandLine {
         return command;
     }
 
+    static void add_judged_input(CLI::App& command, cmm::app::JudgedInput& input) {
+        command
+            .add_option("input", input.inputs,
+                        "a run file (.cmmrun) or an output folder, or point files (.csv .xyz .asc .txt .crv .curve)")
+            ->required();
+        command
+            .add_option("--stylus-radius", input.stylus_radius_mm,
+                        "of the ball that recorded points are centres of, in mm; 0: they lie on the part")
+            ->check(CLI::NonNegativeNumber);
+        command.add_option("--part", input.part, "part file: nominal, stylus and gate (default: the run's)");
+        command.add_option("--reject", input.rejected, "points to leave out: sequence numbers, 12,15-18");
+        command.add_option("--restore", input.restored,
+                           "points to use whatever their neighbours say: sequence numbers");
+    }
+
     static void add_wait(CLI::App& command, double& wait_s) {
         command
             .add_option("--wait-s", wait_s,
@@ -162,13 +177,7 @@ class CommandLine {
 
     void add_fit() {
         auto* c = add("fit", "fit recorded points or a run file, the same way as a scan", fit_, cmm::app::run_fit);
-        c->add_option("input", fit_.inputs, "point files (.csv .xyz .asc .txt .crv .curve) or a run file (.cmmrun)")
-            ->required();
-        c->add_option("--stylus-radius", fit_.stylus_radius_mm, "of the ball in mm; 0: the points lie on the part")
-            ->check(CLI::NonNegativeNumber);
-        c->add_option("--part", fit_.part, "part file: nominal, stylus and gate");
-        c->add_option("--reject", fit_.rejected, "points to leave out: sequence numbers, 12,15-18");
-        c->add_option("--restore", fit_.restored, "points to use whatever their neighbours say: sequence numbers");
+        add_judged_input(*c, fit_.input);
         c->add_option("--out", fit_.out, "folder for the results")->required();
     }
 
@@ -179,8 +188,9 @@ class CommandLine {
     }
 
     void add_export() {
-        auto* c = add("export", "write the results of a run in another form", export_, cmm::app::run_export);
-        c->add_option("run", export_.input, "run file or output folder")->required();
+        auto* c = add("export", "write the results of a run or of recorded points in another form", export_,
+                      cmm::app::run_export);
+        add_judged_input(*c, export_.input);
         c->add_option(
              "--format", export_.format,
              "csv (a folder), json, html, pdf, qif, dfq (Q-DAS), dmis, svg, png (the map of deviations), step, stl")

@@ -140,6 +140,17 @@ RowAlignment::RowAlignment(std::span<const RowFeatures> rows) {
             joint_sigma_mm_[end].push_back(std::hypot(sigma, smooth.apart));
         joint_step_[end] = common_steps(rows, end, z);
     }
+    // A row on which the common ends would not follow each other keeps its own, which do.
+    for (std::size_t k = 0; k < n; ++k) {
+        const auto follow = [&](std::size_t j) {
+            return ahead[j][k] < (j + 1 < count ? ahead[j + 1][k] : rows[k].length_mm);
+        };
+        bool all = true;
+        for (std::size_t j = 0; j < count; ++j)
+            all = all && follow(j);
+        for (std::size_t j = 0; j < count && !all; ++j)
+            ahead[j][k] = from_nose(k, rows[k].s_mm[j]);
+    }
     for (std::size_t k = 0; k < n; ++k)
         period_ += rows[k].length_mm / static_cast<double>(n);
     for (std::size_t j = 0; j < count; ++j)

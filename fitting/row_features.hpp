@@ -26,9 +26,9 @@ struct RowFeatures {
     /// Where the curvature jumps beside that end of an edge; none at noses.
     std::array<std::optional<RowJoint>, count> joints;
 
-    /// Beside an end of an edge the joint with the largest step counts. It may be farther from the nose than the end
-    /// is: an ellipse's curvature falls long before it meets the side. One that a fit tells no number of does not
-    /// count.
+    /// Beside an end of an edge, on its side of the nose, the joint with the largest step counts. It may be farther
+    /// from the nose than the end is: an ellipse's curvature falls long before it meets the side. One that a fit tells
+    /// no number of does not count.
     void set_joints(std::span<const RowJoint> found);
 };
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "core/text.hpp"
+#include "fitting/closest_point.hpp"
 #include "fitting/column_smoother.hpp"
 #include "fitting/curvature_joints.hpp"
 #include "fitting/cyclic.hpp"
@@ -28,6 +29,8 @@ using core::ErrorCode;
 constexpr std::size_t anchor_count = 2000, most_u_spans = 512;
 /// Of the period: cubics through places farther apart are 0.05 um off the pressure side of a turbine between them.
 constexpr double longest_span_share = 1.0 / 80.0;
+constexpr double as_good_as_on_rows_mm = 1e-4;
+constexpr int most_halvings = 5;
 constexpr double joint_knot_share = 0.1;  // of a span: how near the two knots at a joint are
 /// Weights that are tried; the last leaves hardly more than a cubic.
 constexpr std::array<double, 10> weights{1e-6, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5};
@@ -59,8 +62,9 @@ class RowsFitter {
         lay_out();
         sample();
         correct();
+        if (options_.through_rows) follow_rows();
         find_normals();
-        set_aside_strays();
+        if (!options_.through_rows) set_aside_strays();
         if (!choose_weights()) return unusable("singular across the rows");
         return assemble();
     }
@@ -100,6 +104,52 @@ class RowsFitter {
         for (std::size_t k = 0; k < places_.size(); ++k)
             for (std::size_t i = 0; i < columns_.size(); ++i)
                 columns_.set(i, k, rows_[k].at(places_[k][i]));
+    }
+
+    /// Spans along which a row is farther from the cubics through its places than `as_good_as_on_rows_mm` are halved.
+    void follow_rows() {
+        std::vector<ClosestPointIndex> indices;
+        for (const SurfaceRow& row : rows_)
+            indices.emplace_back(row.smooth().curve);
+        for (int round = 0; round < most_halvings; ++round) {
+            const std::vector<char> off = spans_off_rows(indices);
+            if (std::find(off.begin(), off.end(), 1) == off.end()) return;
+            std::vector<double> finer;
+            for (KnotCluster& joint : joints_)
+                joint.first += static_cast<std::size_t>(std::count(off.begin(), off.begin() + joint.first, 1));
+            for (std::size_t i = 0; i < off.size(); ++i) {
+                finer.push_back(breaks_[i]);
+                if (off[i] != 0) finer.push_back(0.5 * (breaks_[i] + breaks_[i + 1]));
+            }
+            finer.push_back(breaks_.back());
+            breaks_ = std::move(finer);
+            lay_out();
+            sample();
+            correct();
+        }
+    }
+
+    /// Looked at in the middle of each.
+    std::vector<char> spans_off_rows(const std::vector<ClosestPointIndex>& rows) const {
+        const std::size_t n = columns_.size();
+        std::vector<char> off(n, 0);
+        const auto axis = CubicAxis::on_breaks(breaks_, true);
+        if (!axis) return off;
+        const PeriodicInterpolation along(breaks_);
+        std::vector<Vec2> places(n);
+        for (std::size_t k = 0; k < rows.size(); ++k) {
+            for (std::size_t i = 0; i < n; ++i)
+                places[i] = columns_.at(i, k);
+            const std::vector<Vec2> controls = along.controls(places);
+            for (std::size_t i = 0; i < n; ++i) {
+                const auto weights = axis->weights(i, 0.5 * (breaks_[i] + breaks_[i + 1])).value;
+                Vec2 at = Vec2::Zero();
+                for (std::size_t a = 0; a < 4; ++a)
+                    at += weights[static_cast<int>(a)] * controls[cyclic(axis->first(i) + a, n)];
+                if (rows[k].closest(at).squared > as_good_as_on_rows_mm * as_good_as_on_rows_mm) off[i] = 1;
+            }
+        }
+        return off;
     }
 
     /// What the smooth columns of a four leave of it at a row.
@@ -239,6 +289,7 @@ class RowsFitter {
         freedom_.assign(n, 0.0);
         for (std::size_t w = 0; w < weights.size(); ++w) {
             if (!smoother_.set_weight(weights[w])) continue;  // too little for so few rows
+            if (options_.through_rows && freedom_[0] > 0.0) break;
             const double free = static_cast<double>(m) - smoother_.freedom();
             for (std::size_t k = 0; k < m; ++k)
                 scatter_.leverage[w].push_back(smoother_.leverage(k));

@@ -16,6 +16,9 @@ struct SurfaceFitOptions {
     double beyond_mm = 0.0;
     /// Turning that a span of u holds at most.
     double span_turn_rad = 0.06;
+    /// Through all rows, instead of smoothed across them without those that lie apart: for rows that are results
+    /// themselves, whose differences are the part's.
+    bool through_rows = false;
 };
 
 /// Where a row lies apart from what all others foretell of it.
@@ -51,8 +54,8 @@ core::Status check_rows(std::span<const SurfaceRow> rows);
 
 /// The surface through rows of different counts and spacing (seed 001, B1-B14, layered): the rows' smooth curves are
 /// aligned by LE and TE, sampled at common places that follow the turning of the middle row (B4-B10), smoothed across
-/// the rows column by column with a strength that generalised cross-validation takes from the scatter along the normal,
-/// and interpolated along u. Rows ascend in z; S_z(u, v) = v. Errors: those of check_rows, fit_not_evaluable (fewer
+/// the rows column by column with a strength that generalised cross-validation takes from the scatter along the normal
+/// (or `through_rows`), and interpolated along u. Rows ascend in z; S_z(u, v) = v. Errors: those of check_rows, fit_not_evaluable (fewer
 /// than 2 rows).
 core::Result<SurfaceFit> fit_surface(std::span<const SurfaceRow> rows, const SurfaceFitOptions& options = {});
 

@@ -148,6 +148,19 @@ TEST_F(PointsTest, PointsNearAPlannedHeightAreAtThatHeight) {
     EXPECT_NEAR(between->sections.at(0).z_mm, 20.5, 1e-9);
 }
 
+TEST_F(PointsTest, ASectionLiesInOnePlane) {
+    auto sections = points(0.0);
+    sections[1].points_mm[5].z() += 0.9;
+    EXPECT_TRUE(results_of_points(sections, 1.0, nullptr));
+    sections[1].points_mm[7].z() -= 0.2;
+    const auto refused = results_of_points(sections, 1.0, nullptr);
+    ASSERT_FALSE(refused);
+    EXPECT_EQ(refused.error().code, core::ErrorCode::input_invalid);
+    EXPECT_NE(refused.error().message.find("section s1: its points lie between z 39.800 and 40.900 mm"),
+              std::string::npos)
+        << refused.error().text();
+}
+
 TEST_F(PointsTest, WithoutAPartFileThePointsAreMeasuredOnly) {
     auto sections = points(0.0);
     for (auto& section : sections) {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iostream>
+#include <numbers>
 
 #include "core/rng.hpp"
 #include "fitting/row_alignment.hpp"
@@ -81,6 +82,69 @@ TEST(SurfaceFit, AlignsTheEdgesOfTheRows) {
     // of contours they were 0.0096 mm off a line, and, by chance, only 0.025 mm apart.
     const Eigen::VectorXd off_mm = from_camber_mm - line * line.colPivHouseholderQr().solve(from_camber_mm);
     EXPECT_LT(off_mm.lpNorm<Eigen::Infinity>(), 0.007) << "at the same place on all rows";
+}
+
+/// Rows that differ by more than their noise, and one with waves that the row which the knots follow does not have.
+TEST(SurfaceFit, ThroughRowsKeepsTheFormOfEach) {
+    const families::TwistedBlade blade(families::Family::compressor, 6);
+    constexpr std::size_t wavy = 6;
+    constexpr double swell = 1.002, wave_mm = 0.02, turns = 40.0;
+    const auto change = [&](std::size_t row, std::vector<Vec2>& points) {
+        Vec2 middle = Vec2::Zero();
+        for (const Vec2& p : points)
+            middle += p / static_cast<double>(points.size());
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            if (row % 2 == 1) points[i] = middle + swell * (points[i] - middle);
+            const double share = static_cast<double>(i) / static_cast<double>(points.size());
+            if (row == wavy && share > 0.15 && share < 0.35)
+                points[i].y() += wave_mm * std::sin(2.0 * std::numbers::pi * turns * share);
+        }
+    };
+    const MeasuredRows data = measured_rows(blade, 8, change);
+    std::vector<Vec3> on_rows;
+    for (const SurfaceRow& row : data.rows)
+        for (int k = 0; k < 700; ++k) {
+            const Vec2 p = row.at(row.length_mm() * k / 700.0);
+            on_rows.emplace_back(p.x(), p.y(), row.z_mm());
+        }
+    const auto smooth = fit_surface(data.rows), through = fit_surface(data.rows, {.through_rows = true});
+    ASSERT_TRUE(smooth && through);
+    EXPECT_GT(deviation_of(smooth->surface, on_rows).max_mm, 10e-3);
+    EXPECT_LT(deviation_of(through->surface, on_rows).max_mm, 0.3e-3);
+    EXPECT_TRUE(through->strays.empty());
+}
+
+/// Beside the end that is nearest, but behind the nose, a joint is that of the other end.
+TEST(RowFeatures, AJointBelongsToItsOwnSideOfTheNose) {
+    RowFeatures row;
+    row.length_mm = 100.0;
+    row.s_mm = {1.0, 4.0, 48.0, 50.0, 57.0, 98.0};
+    const std::vector<RowJoint> found{{51.0, 0.01, 0.5}, {47.5, 0.01, 0.2}, {0.5, 0.01, 0.3}, {25.0, 0.01, 9.0}};
+    row.set_joints(found);
+    ASSERT_TRUE(row.joints[RowFeatures::te_end] && row.joints[RowFeatures::te_begin]);
+    EXPECT_EQ(row.joints[RowFeatures::te_end]->s_mm, 51.0);
+    EXPECT_EQ(row.joints[RowFeatures::te_begin]->s_mm, 47.5);
+    ASSERT_TRUE(row.joints[RowFeatures::le_begin]);
+    EXPECT_EQ(row.joints[RowFeatures::le_begin]->s_mm, 0.5) << "over the start of the curve";
+    EXPECT_FALSE(row.joints[RowFeatures::le_end]);
+}
+
+/// Four rows whose joints come nearer and nearer to the nose put the fifth's behind it.
+TEST(RowAlignment, PlacesFollowEachOtherOnEveryRow) {
+    std::vector<RowFeatures> rows(5);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+        rows[k].z_mm = 10.0 * static_cast<double>(k);
+        rows[k].length_mm = 100.0;
+        rows[k].s_mm = {0.0, 3.0, 48.0, 50.0, 52.0, 97.0};
+        if (k < 4) rows[k].joints[RowFeatures::te_begin] = RowJoint{48.0 + 0.6 * static_cast<double>(k), 0.01, 0.5};
+    }
+    const RowAlignment alignment(rows);
+    EXPECT_EQ(alignment.joints().size(), 1U);
+    for (std::size_t k = 0; k < rows.size(); ++k)
+        for (int i = 0; i < 1000; ++i)
+            EXPECT_LT(alignment.arc_length(k, alignment.period() * i / 1000),
+                      alignment.arc_length(k, alignment.period() * (i + 1) / 1000))
+                << "row " << k << ", place " << i;
 }
 
 TEST(SurfaceFit, RefusesRowsThatMakeNoSurface) {

@@ -181,5 +181,46 @@ TEST_F(Fit, GateAndExportGoOnFromTheRun) {
     EXPECT_EQ(run({cmmlive(), "gate", folder_ / "nothing", "--gate", "config/parts/demo.toml"}).exit_code, 6);
 }
 
+/// What was measured elsewhere is written in every form as well, by the same choices as `fit` has.
+TEST_F(Fit, ExportTakesPointsAndChoicesToo) {
+    const std::string points = folder_ / "scan/points.csv";
+    const auto with = [&](std::vector<std::string> command, const std::vector<std::string>& more) {
+        command.insert(command.begin(), cmmlive());
+        command.insert(command.end(), more.begin(), more.end());
+        return run(command);
+    };
+    const auto content = [](const std::string& file) {
+        std::ifstream in(file);
+        return std::string(std::istreambuf_iterator<char>(in), {});
+    };
+    const std::vector<std::vector<std::string>> inputs{
+        {points, "--part", "config/parts/demo.toml", "--reject", "12,15-18"},
+        {points, "--stylus-radius", "1"},
+        {folder_ / "scan", "--reject", "12"},
+        {folder_ / "scan/run.cmmrun", "--part", "config/parts/demo-bad.toml"}};
+    for (const auto& input : inputs) {
+        EXPECT_LE(with({"fit", "--out", folder_ / "fitted"}, input).exit_code, 2);
+        const auto exported = with({"export", "--format", "json", "--out", folder_ / "exported.json"}, input);
+        EXPECT_EQ(exported.exit_code, 0) << exported.err;
+        const std::string result = content(folder_ / "exported.json");
+        EXPECT_GT(result.size(), 1000U);
+        EXPECT_EQ(result, content(folder_ / "fitted/result.json")) << input[0];
+        const auto qif = with({"export", "--format", "qif", "--out", folder_ / "exported.qif"}, input);
+        EXPECT_EQ(qif.exit_code, 0) << qif.err;
+    }
+    const auto refused = [&](const std::vector<std::string>& input, const std::string& why) {
+        const auto told = with({"export", "--format", "csv", "--out", folder_ / "refused"}, input);
+        EXPECT_EQ(told.exit_code, 3);
+        EXPECT_NE(told.err.find(why), std::string::npos) << told.err;
+        EXPECT_FALSE(std::filesystem::exists(folder_ / "refused"));
+    };
+    refused({points}, "the points' ball radius is not known");
+    refused({folder_ / "scan", "--stylus-radius", "1"}, "the run knows its ball");
+    refused({folder_ / "fitted"}, "holds results of point files and no run");
+    refused({points, "--stylus-radius", "1", "--reject", "99999999"}, "99999999");
+    const auto nothing = with({"export", "--format", "csv", "--out", folder_ / "refused"}, {folder_ / "nothing"});
+    EXPECT_EQ(nothing.exit_code, 6) << nothing.err;
+}
+
 }  // namespace
 }  // namespace cmm::test
