@@ -30,8 +30,9 @@ fitting::NominalOptions edge_hints(const NominalSpec& spec, const NominalContour
     return hints;
 }
 
-core::Result<std::shared_ptr<const Nominal>> load_nominal(const NominalSpec& spec) {
-    if (spec.kind == NominalKind::none) return std::shared_ptr<const Nominal>();
+namespace {
+
+core::Result<std::shared_ptr<const Nominal>> read_nominal(const NominalSpec& spec) {
     if (spec.kind == NominalKind::parametric) return parametric_nominal(spec.blade.value());
     if (spec.kind == NominalKind::mesh) {
         auto mesh = read_mesh(spec.files.at(0));
@@ -47,6 +48,15 @@ core::Result<std::shared_ptr<const Nominal>> load_nominal(const NominalSpec& spe
     auto sections = read_points(spec.files);
     if (!sections) return tl::unexpected(std::move(sections.error()).with_context("while reading the nominal"));
     return sections_nominal(std::move(*sections), spec.span);
+}
+
+}  // namespace
+
+core::Result<std::shared_ptr<const Nominal>> load_nominal(const NominalSpec& spec) {
+    if (spec.kind == NominalKind::none) return std::shared_ptr<const Nominal>();
+    auto nominal = read_nominal(spec);
+    if (!nominal || spec.le_hint_mm) return nominal;
+    return with_one_leading_edge(std::move(*nominal));
 }
 
 }  // namespace cmm::acquisition

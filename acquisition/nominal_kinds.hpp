@@ -25,6 +25,10 @@ core::Result<std::shared_ptr<const Nominal>> mesh_nominal(TriangleMesh mesh, Spa
 /// Plane cuts of a solid of a STEP file. Errors: those of cad::read_step.
 core::Result<std::shared_ptr<const Nominal>> step_nominal(const std::string& file, const std::string& solid, Span span);
 
+/// Of a nominal that does not name them, which edge leads: the one with the larger radius on average over its height,
+/// followed from one height to the next, so that it is the same one everywhere.
+std::shared_ptr<const Nominal> with_one_leading_edge(std::shared_ptr<const Nominal> nominal);
+
 /// plan_invalid "z = 12.000 mm lies outside the nominal (15.000 mm to 90.000 mm)", unless z lies inside (to 1 um).
 core::Status require_height(double z_mm, double low_mm, double high_mm);
 /// The cyclic exchange of axes that makes the span +z; `span` must not be automatic.

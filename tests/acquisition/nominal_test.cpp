@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+
 #include "acquisition/contour_sampling.hpp"
 #include "acquisition/nominal_kinds.hpp"
 #include "core/text.hpp"
@@ -230,6 +232,63 @@ TEST(SectionsNominal, CutsTheRealCompressorBlades) {
             EXPECT_LT(contour.lean_rad, 1.0);
         }
     }
+}
+
+/// One blade below a height and another above, whose other edge is the blunter one.
+class TwoBlades final : public Nominal {
+  public:
+    TwoBlades(double change_mm, double te_above_mm) : change_mm_(change_mm) {
+        auto blade = test_blade();
+        below_ = parametric(blade);
+        blade.te_radius_mm = te_above_mm;
+        above_ = parametric(blade);
+    }
+    core::Result<NominalContour> cut(double z_mm) const override {
+        return (z_mm < change_mm_ ? below_ : above_)->cut(z_mm);
+    }
+    double z_low_mm() const override { return below_->z_low_mm(); }
+    double z_high_mm() const override { return below_->z_high_mm(); }
+
+  private:
+    double change_mm_;
+    std::shared_ptr<const Nominal> below_, above_;
+};
+
+/// Where the chosen LE lies: left (-1) or right (1) at the lowest, a middle and the highest place.
+std::array<int, 3> leading_sides(const Nominal& nominal) {
+    std::array<int, 3> sides{};
+    for (std::size_t k = 0; k < sides.size(); ++k) {
+        const double share = 0.05 + 0.45 * static_cast<double>(k);
+        const auto contour = cut(nominal, nominal.z_low_mm() + share * (nominal.z_high_mm() - nominal.z_low_mm()));
+        const auto section = fitting::analyse_nominal(contour.points, edge_hints(NominalSpec{}, contour));
+        EXPECT_TRUE(section);
+        sides[k] = section->le_point().x() < section->te_point().x() ? -1 : 1;
+    }
+    return sides;
+}
+
+TEST(OneLeadingEdge, IsTheSameAtAllHeights) {
+    const double le_mm = test_blade().le_radius_mm, low_mm = parametric(test_blade())->z_low_mm(),
+                 high_mm = parametric(test_blade())->z_high_mm();
+    ASSERT_GT(le_mm, test_blade().te_radius_mm);
+    const auto at = [&](double share) { return low_mm + share * (high_mm - low_mm); };
+    const auto mostly_left = std::make_shared<TwoBlades>(at(0.7), 1.1 * le_mm);
+    EXPECT_EQ(leading_sides(*mostly_left), (std::array{-1, -1, 1})) << "each height by itself";
+    EXPECT_EQ(leading_sides(*with_one_leading_edge(mostly_left)), (std::array{-1, -1, -1}));
+    const auto mostly_right = std::make_shared<TwoBlades>(at(0.2), 2.0 * le_mm);
+    EXPECT_EQ(leading_sides(*mostly_right), (std::array{-1, 1, 1})) << "each height by itself";
+    EXPECT_EQ(leading_sides(*with_one_leading_edge(mostly_right)), (std::array{1, 1, 1}));
+}
+
+/// By itself, the LE of this rotor would be the other edge from 140 mm on.
+TEST(OneLeadingEdge, OfARealCompressorBlade) {
+    NominalSpec spec;
+    spec.kind = NominalKind::sections;
+    spec.files = {real_data("hannover-4ac/1_Rotor1_Blade.crv")};
+    if (!std::filesystem::exists(spec.files[0])) GTEST_SKIP() << spec.files[0] << " is not there";
+    const auto nominal = load_nominal(spec);
+    ASSERT_TRUE(nominal) << nominal.error().text();
+    EXPECT_EQ(leading_sides(**nominal), (std::array{1, 1, 1}));
 }
 
 TEST(MeshNominal, MatchesTheKnownCutsOfTheEngineBlade) {
