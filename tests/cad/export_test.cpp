@@ -13,12 +13,14 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <iostream>
 
 #include "acquisition/nominal.hpp"
 #include "acquisition/part_file.hpp"
 #include "cad/step_part.hpp"
 #include "tests/support/outputs.hpp"
 #include "tests/support/process.hpp"
+#include "tests/system/real_parts.hpp"
 #include "tests/system/simulated_machine.hpp"
 
 namespace cmm::test {
@@ -173,6 +175,32 @@ TEST_F(ExportBody, SurfaceAndTriangles) {
     const auto wrong = exported("stl", "wrong.stl", {"--surface"});
     EXPECT_EQ(wrong.exit_code, 3);
     EXPECT_NE(wrong.err.find("--surface"), std::string::npos) << wrong.err;
+}
+
+/// With the nominal's word on the edges, and by the sections alone.
+TEST(ExportOfRealParts, AreValidSolidsThroughTheirContours) {
+    if (real_data_folder().empty()) GTEST_SKIP() << "../shared/data is absent";
+    TemporaryFolder folder;
+    for (const RealPart& part : real_parts(folder))
+        for (const bool unknown : {false, true}) {
+            const std::string run_folder = folder / (part.name + (unknown ? "_unknown" : ""));
+            const auto demo = run(
+                {cmmlive(), "demo", "--part", write_part(part, folder, unknown), "--speed", "0", "--out", run_folder});
+            EXPECT_LE(demo.exit_code, 2) << demo.err;
+            const auto done =
+                run({cmmlive(), "export", run_folder, "--format", "step", "--json", "--out", run_folder + ".step"});
+            EXPECT_EQ(done.exit_code, 0) << run_folder << done.err;
+            if (done.exit_code != 0) continue;
+            const TopoDS_Shape shape = shape_of(run_folder + ".step");
+            EXPECT_TRUE(BRepCheck_Analyzer(shape).IsValid()) << run_folder;
+            EXPECT_EQ(count_of(shape, TopAbs_SOLID), 1) << run_folder;
+            const auto at = done.out.find("\"contours_off_um\":{\"max\":");
+            ASSERT_NE(at, std::string::npos) << done.out;
+            const double off_um = std::stod(done.out.substr(at + 25));
+            std::cout << part.name << (unknown ? ", no nominal" : "") << ": contours at most " << off_um
+                      << " um off the body\n";
+            EXPECT_LT(off_um, 1.5) << run_folder;
+        }
 }
 
 TEST_F(ExportBody, OneSectionIsNoBody) {
