@@ -30,7 +30,7 @@ constexpr std::size_t anchor_count = 2000, most_u_spans = 512;
 /// Of the period: cubics through places farther apart are 0.05 um off the pressure side of a turbine between them.
 constexpr double longest_span_share = 1.0 / 80.0;
 constexpr double as_good_as_on_rows_mm = 1e-4;
-constexpr int most_halvings = 5;
+constexpr int most_span_halvings = 5;
 constexpr double joint_knot_share = 0.1;  // of a span: how near the two knots at a joint are
 /// Weights that are tried; the last leaves hardly more than a cubic.
 constexpr std::array<double, 10> weights{1e-6, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5};
@@ -111,7 +111,7 @@ class RowsFitter {
         std::vector<ClosestPointIndex> indices;
         for (const SurfaceRow& row : rows_)
             indices.emplace_back(row.smooth().curve);
-        for (int round = 0; round < most_halvings; ++round) {
+        for (int round = 0; round < most_span_halvings; ++round) {
             const std::vector<char> off = spans_off_rows(indices);
             if (std::find(off.begin(), off.end(), 1) == off.end()) return;
             std::vector<double> finer;
