@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquisition/run_results.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <deque>
 #include <utility>
@@ -10,7 +9,6 @@
 #include "acquisition/part_judge.hpp"
 #include "acquisition/section_setup.hpp"
 #include "acquisition/traceability.hpp"
-#include "core/text.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -22,23 +20,6 @@ double planned_height(double z_mm, const std::vector<double>& heights_mm) {
         if (std::abs(height - z_mm) <= scatter_mm) return height;
     }
     return z_mm;
-}
-
-/// A section lies in one plane. What scatters less is measured; profiles on stream surfaces are none.
-core::Status require_plane(const PointSection& section) {
-    constexpr double most_mm = 1.0;
-    double low = HUGE_VAL, high = -HUGE_VAL;
-    for (const auto& point : section.points_mm) {
-        low = std::min(low, point.z());
-        high = std::max(high, point.z());
-    }
-    if (!(high - low > most_mm)) return {};
-    return core::fail(core::ErrorCode::input_invalid,
-                      "section " + section.name + ": its points lie between z " + core::fixed(low, 3) + " and " +
-                          core::fixed(high, 3) + " mm, and a section lies in one plane z = const (to " +
-                          core::fixed(most_mm, 0) +
-                          " mm); profiles on other surfaces can be a nominal, which is cut by planes ([nominal] kind = "
-                          "\"sections\")");
 }
 
 }  // namespace
@@ -64,7 +45,6 @@ core::Result<PartResult> results_of_points(const std::vector<PointSection>& sect
     std::deque<SectionSetup> setups;
     PartJudge judge;
     for (std::size_t i = 0; i < sections.size(); ++i) {
-        if (auto status = require_plane(sections[i]); !status) return tl::unexpected(status.error());
         auto setup =
             make_section_setup(used, nominal->get(), i, planned_height(sections[i].z_mm(), used.scan.heights_mm));
         if (!setup) return tl::unexpected(setup.error());

@@ -25,8 +25,7 @@ core::Result<PartResult> results_of_run(const std::string& run_file, const PartF
 
 /// Points from files, judged the same way; without numbers of their own they are numbered
 /// from 1 in the order of the files. `ball_radius_mm` of the
-/// points; a part file brings nominal and limits. Errors also: input_invalid (points of one section that lie more than
-/// 1 mm apart in z).
+/// points; a part file brings nominal and limits.
 core::Result<PartResult> results_of_points(const std::vector<PointSection>& sections, double ball_radius_mm,
                                            const PartFile* part, OperatorChoice choice = {});
 

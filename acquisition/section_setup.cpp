@@ -2,6 +2,7 @@
 #include "acquisition/section_setup.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -135,14 +136,36 @@ namespace {
 
 using fitting::RejectReason;
 
+constexpr double most_off_plane_mm = 0.5;
+constexpr std::size_t one_of_so_many = 10;  // may lie farther off the plane
+
+/// A section lies in one plane z = const; a profile on a stream surface does not.
+core::Status require_plane(std::vector<double> z_mm) {
+    if (z_mm.empty()) return {};
+    const auto [low, high] = std::minmax_element(z_mm.begin(), z_mm.end());
+    const double lowest = *low, highest = *high;
+    if (highest - lowest <= most_off_plane_mm) return {};
+    const auto middle = z_mm.begin() + static_cast<std::ptrdiff_t>(z_mm.size() / 2);
+    std::nth_element(z_mm.begin(), middle, z_mm.end());
+    const double plane = *middle;
+    const auto off =
+        std::count_if(z_mm.begin(), z_mm.end(), [&](double z) { return std::abs(z - plane) > most_off_plane_mm; });
+    if (static_cast<std::size_t>(off) * one_of_so_many <= z_mm.size()) return {};
+    return core::fail(core::ErrorCode::fit_not_evaluable,
+                      "section: its points lie between z " + core::fixed(lowest, 3) + " and " +
+                          core::fixed(highest, 3) + " mm, not in one plane z = const");
+}
+
 /// The points of a section as fit_section takes them, with the verdicts that they bring along.
 struct FitPoints {
     std::vector<Eigen::Vector2d> centres;
+    std::vector<double> z_mm;  // of those that count
     std::vector<RejectReason> excluded;
     std::vector<char> kept, later;
 
     FitPoints(const SectionSetup& setup, std::span<const RecordedPoint> points) {
         centres.reserve(points.size());
+        z_mm.reserve(points.size());
         excluded.reserve(points.size());
         kept.reserve(points.size());
         later.reserve(points.size());
@@ -151,11 +174,13 @@ struct FitPoints {
             const RejectReason reason = point.verdict.reason;
             const bool stands = reason == RejectReason::no_contact || reason == RejectReason::by_operator;
             excluded.push_back(stands ? reason : RejectReason::none);
+            if (!stands) z_mm.push_back(point.centre_mm.z());
             kept.push_back(static_cast<char>(point.verdict.kept));
             later.push_back(static_cast<char>(std::min<int>(point.pass, std::numeric_limits<signed char>::max())));
         }
     }
     core::Result<fitting::SectionFit> fit(const fitting::SectionOptions& options) const {
+        if (auto status = require_plane(z_mm); !status) return tl::unexpected(status.error());
         return fitting::fit_contour(centres, excluded, options, kept, later);
     }
 };
