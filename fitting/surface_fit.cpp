@@ -142,10 +142,10 @@ class RowsFitter {
                 places[i] = columns_.at(i, k);
             const std::vector<Vec2> controls = along.controls(places);
             for (std::size_t i = 0; i < n; ++i) {
-                const auto weights = axis->weights(i, 0.5 * (breaks_[i] + breaks_[i + 1])).value;
+                const auto functions = axis->weights(i, 0.5 * (breaks_[i] + breaks_[i + 1])).value;
                 Vec2 at = Vec2::Zero();
                 for (std::size_t a = 0; a < 4; ++a)
-                    at += weights[static_cast<int>(a)] * controls[cyclic(axis->first(i) + a, n)];
+                    at += functions[static_cast<int>(a)] * controls[cyclic(axis->first(i) + a, n)];
                 if (rows[k].closest(at).squared > as_good_as_on_rows_mm * as_good_as_on_rows_mm) off[i] = 1;
             }
         }
