@@ -15,9 +15,11 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "acquisition/part_rows.hpp"
 #include "acquisition/points_file.hpp"
 #include "acquisition/run_results.hpp"
 #include "core/text.hpp"
+#include "fitting/surface_fit.hpp"
 #include "tests/acquisition/gapped_part.hpp"
 #include "tests/acquisition/temp_folder.hpp"
 #include "tests/acquisition/test_blade.hpp"
@@ -144,12 +146,21 @@ TEST_F(PartBodies, SaysHowFarTheMeasuredContoursAreFromIt) {
         EXPECT_LE(off, written->off_max_mm + 1e-6) << section.name << ", point " << k;
         return off;
     };
-    double squares = 0.0;
-    std::size_t count = 0;
-    for (const auto& section : part.sections)
-        for (std::size_t k = 0; k < section.fit->contour.size(); k += 16, ++count)
-            squares += std::pow(off_mm(section, k), 2);
-    EXPECT_NEAR(std::sqrt(squares / static_cast<double>(count)), written->off_rms_mm, 0.1 * written->off_rms_mm);
+    std::vector<const SectionResult*> sections;
+    std::vector<fitting::Vec3> points;
+    for (const auto& section : part.sections) {
+        sections.push_back(&section);
+        for (const auto& point : section.fit->contour)
+            points.emplace_back(point.position_mm.x(), point.position_mm.y(), section.z_mm);
+        for (std::size_t k = 0; k < section.fit->contour.size(); k += 16)
+            off_mm(section, k);
+    }
+    // All of them by another search than the program's.
+    const auto rows = part_rows(sections);
+    ASSERT_TRUE(rows) << rows.error().text();
+    const auto fit = fitting::fit_surface(*rows, {.through_rows = true});
+    ASSERT_TRUE(fit) << fit.error().text();
+    EXPECT_NEAR(fitting::deviation_of(fit->surface, points).rms_mm, written->off_rms_mm, 1e-9);
     // Every fourth, then all near the farthest of those: the distance has a sharp peak.
     std::vector<double> off;
     const SectionResult& farthest = *written->farthest;
