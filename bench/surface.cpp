@@ -14,6 +14,7 @@
 #include "bench/surface_rows.hpp"
 #include "core/rng.hpp"
 #include "fitting/bspline.hpp"
+#include "fitting/point_deviation.hpp"
 #include "fitting/row_alignment.hpp"
 #include "fitting/surface_fit.hpp"
 #include "fitting/surface_index.hpp"

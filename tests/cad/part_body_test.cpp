@@ -19,6 +19,7 @@
 #include "acquisition/points_file.hpp"
 #include "acquisition/run_results.hpp"
 #include "core/text.hpp"
+#include "fitting/point_deviation.hpp"
 #include "fitting/surface_fit.hpp"
 #include "tests/acquisition/gapped_part.hpp"
 #include "tests/acquisition/temp_folder.hpp"

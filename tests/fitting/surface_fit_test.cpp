@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "core/rng.hpp"
+#include "fitting/point_deviation.hpp"
 #include "fitting/row_alignment.hpp"
 #include "support/measured_rows.hpp"
 
