@@ -314,6 +314,28 @@ TEST(Characteristics, ThroatOfACascade) {
     }
 }
 
+/// Two places of a passage may be nearly as narrow as each other, and one that is far narrower than the points are
+/// apart is no less a passage.
+TEST(Characteristics, ThroatOfTurbinesIsTheNarrowestPlaceOfAll) {
+    for (const std::uint64_t seed : {48, 360}) {
+        const auto blade = families::make(families::Family::turbine, seed);
+        const SectionTruth truth(section_truth::of_family(blade));
+        families::ScanOptions scanning;
+        scanning.bad_share = 0.0;
+        scanning.seed = 7919 * seed;
+        SectionOptions options;
+        options.le_hint = blade.le().nose;
+        options.te_hint = blade.te().nose;
+        const auto fit = fit_section(families::scan(blade, scanning).points, {}, options);
+        ASSERT_TRUE(fit);
+        MeasuredSection measured(*fit);
+        const Vec2 pitch(0.0, 0.9 * (truth.tail() - truth.nose()).norm());
+        const auto throat = measure_throat(measured, pitch);
+        ASSERT_TRUE(throat) << throat.error().message;
+        EXPECT_NEAR(throat->value, throat_by_force(truth, pitch), 1.5e-3) << seed;
+    }
+}
+
 /// A trailing edge that comes out again on the other side of its neighbour: there is a distance, but no passage.
 TEST(Characteristics, NoThroatWhereANeighbourReachesThroughTheBlade) {
     const auto blade = families::make(families::Family::turbine, 96);
