@@ -189,6 +189,7 @@ core::Status turn_counter_clockwise(std::span<const Vec2> points, const std::vec
 /// that the order is that along the curve.
 void untangle(std::span<const Vec2> points, std::vector<std::size_t>& order) {
     constexpr int most_passes = 4;
+    constexpr double clear_step_back = 0.1;  // cosine
     const std::size_t n = order.size();
     const auto at = [&](std::size_t k) -> const Vec2& { return points[order[cyclic(k, n)]]; };
     bool any = n > 4;
@@ -201,7 +202,8 @@ void untangle(std::span<const Vec2> points, std::vector<std::size_t>& order) {
             const bool behind_gap = in.norm() > far_steps * std::max(step.norm(), out.norm());
             const bool before_gap = out.norm() > far_steps * std::max(step.norm(), in.norm());
             const Vec2 along = behind_gap ? out : before_gap ? in : Vec2(at(k + 3) - at(k));
-            if (step.dot(along) >= 0.0) continue;
+            // A step between two bad points goes to the side, whichever of them came first.
+            if (step.dot(along) >= -clear_step_back * step.norm() * along.norm()) continue;
             std::swap(order[cyclic(k + 1, n)], order[cyclic(k + 2, n)]);
             any = true;
         }

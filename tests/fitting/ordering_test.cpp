@@ -82,6 +82,34 @@ TEST(Ordering, PlacesThatTheProbeWentBackToFollowTheCurve) {
     EXPECT_EQ(got, wanted);
 }
 
+/// A step between two bad points goes to the side; that does not put the later one before the other.
+TEST(Ordering, BadPointsBesideANoseKeepTheirOrder) {
+    // Round a nose of 1 mm in steps of 0.02 mm, then along the side in steps of 0.7; the last two of
+    // the nose are bad.
+    std::vector<Vec2> points;
+    for (int k = -40; k <= 40; ++k)
+        points.emplace_back(-std::cos(0.02 * k), -std::sin(0.02 * k));
+    const Vec2 along = left_of(Vec2(points.back())), out = points.back();
+    points.emplace_back(points.back() + 0.012 * along + 0.25 * out);
+    points.emplace_back(points.back() - 0.007 * along + 0.15 * out);
+    for (int k = 1; k <= 40; ++k)
+        points.emplace_back(out + 0.7 * k * along);
+    const Vec2 far = points.back();
+    for (int k = 1; k <= 20; ++k)
+        points.emplace_back(far + (points.front() - far) * (k / 21.0) +
+                            Vec2(8.0 * std::sin(std::numbers::pi * k / 21.0), 0.0));
+    const auto lap = lap_of(points);
+    ASSERT_TRUE(lap);
+    ASSERT_EQ(lap->index.size(), points.size());
+    const bool backwards = lap->was_clockwise;
+    std::size_t out_of_order = 0;
+    for (std::size_t k = 0; k < lap->index.size(); ++k) {
+        const std::size_t now = lap->index[k], next = lap->index[(k + 1) % lap->index.size()];
+        out_of_order += (backwards ? (next + 1) % points.size() == now : (now + 1) % points.size() == next) ? 0 : 1;
+    }
+    EXPECT_EQ(out_of_order, 0U);
+}
+
 TEST(Ordering, SetsTheOverlapAside) {
     const auto centres = truth::ball_centres(truth::envelope_blade({55, 3, 20, 50, 0.15, 0.12}), 0.5);
     for (const double overlap : {0.5, 3.0, 20.0, 150.0}) {
