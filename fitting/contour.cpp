@@ -74,7 +74,8 @@ class ContourBuilder {
         auto edges = find_edges(part, options_.le_hint, options_.te_hint);
         if (!edges) return tl::unexpected(edges.error());
         const Noise noise = noise_of(smooth_, good_.size());
-        const EdgeFitter fitter({smooth_, good_, part, r, noise, gaps_});
+        const std::vector<double> leverage = left_to_points();
+        const EdgeFitter fitter({smooth_, good_, part, r, noise, gaps_, leverage});
         coverage_ = coverage_95(noise.freedom);
         const bool need_le = fitter.may_patch(edges->le, edges->te), need_te = fitter.may_patch(edges->te, edges->le);
         EdgeAnswer le_answer, te_answer;
@@ -98,6 +99,16 @@ class ContourBuilder {
     }
 
   private:
+    /// The leverage of the points, of which other sections have taken a share.
+    std::vector<double> left_to_points() const {
+        std::vector<double> leverage;
+        for (std::size_t i = 0; i < good_.size() && !surface_.empty(); ++i) {
+            const double share = stations_at(smooth_.parameter[i])(&SurfaceStation::noise_share);
+            leverage.push_back(share * share * smooth_.leverage[i]);
+        }
+        return leverage;
+    }
+
     EdgeFit take(EdgeOutcome outcome, EdgeAnswer& answer) {
         answer = std::move(outcome.answer);
         if (outcome.patch) patches_.push_back(std::move(*outcome.patch));
@@ -175,21 +186,30 @@ class ContourBuilder {
     /// places there.
     static double on_grid(double share) { return std::round(std::clamp(share, 0.0, 1.0) * 64.0) / 64.0; }
 
-    void take_surface(const OffsetPoint& at, ContourPoint& out) {
-        const double t = smooth_.curve.wrap(at.t);
+    /// The stations before and behind a parameter, and how far it is from one to the other.
+    struct Stations {
+        const SurfaceStation &last, &next;
+        double share;
+        double operator()(double SurfaceStation::*value) const {
+            return last.*value + share * (next.*value - last.*value);
+        }
+    };
+    Stations stations_at(double t) const {
         const auto above = std::upper_bound(surface_.begin(), surface_.end(), t,
                                             [](double value, const SurfaceStation& s) { return value < s.t; });
         const SurfaceStation& next = above != surface_.end() ? *above : surface_.front();
         const SurfaceStation& last = above != surface_.begin() ? *(above - 1) : surface_.back();
         const double share = smooth_.curve.ahead(last.t, t) / std::max(smooth_.curve.ahead(last.t, next.t), 1e-300);
-        const auto between = [&](double SurfaceStation::*value) {
-            return last.*value + std::clamp(share, 0.0, 1.0) * (next.*value - last.*value);
-        };
+        return {last, next, std::clamp(share, 0.0, 1.0)};
+    }
+
+    void take_surface(const OffsetPoint& at, ContourPoint& out) {
+        const Stations between = stations_at(smooth_.curve.wrap(at.t));
         out.rise = std::tan(between(&SurfaceStation::lean_rad));
         out.noise_share = between(&SurfaceStation::noise_share);
         out.bound_mm = fit_.faired_mm + between(&SurfaceStation::lean_doubt_mm);
         out.u95_mm = noise_uncertainty(at, out.noise_share) + out.bound_mm;
-        if (last.moved && next.moved) {
+        if (between.last.moved && between.next.moved) {
             out.lean_rad = between(&SurfaceStation::lean_rad);
         } else {
             out.offset_error_mm = between(&SurfaceStation::offset_error_mm);

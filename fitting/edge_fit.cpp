@@ -236,7 +236,7 @@ EdgeFitter::Gathered EdgeFitter::gather(const EdgeRegion& region, const Surround
         point.centre = source_.points[i];
         point.normal = curve.jet_in(span, inside).right_normal();
         point.residual_mm = source_.smooth.residual[i];
-        point.leverage = source_.smooth.leverage[i];
+        point.leverage = source_.leverage.empty() ? source_.smooth.leverage[i] : source_.leverage[i];
         if (const double alike = point.normal.dot(nose); alike > best) {
             best = alike;
             out.edge.nose = out.edge.points.size();

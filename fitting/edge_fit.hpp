@@ -23,7 +23,8 @@ struct EdgeSource {
     std::span<const OffsetPoint> part;
     double ball_mm = 0.0;
     Noise noise;
-    std::span<const Gap> gaps = {};  ///< of the points
+    std::span<const Gap> gaps = {};         ///< of the points
+    std::span<const double> leverage = {};  ///< of the points on the curve, where it is not that of `smooth`
 };
 
 /// How centre x, centre y and radius answer to the displacements of the edge's points outwards along their normals.
