@@ -113,6 +113,10 @@ std::string rejected_payload(std::size_t section, const RecordedPoint& point) {
         .text();
 }
 
+std::string restored_payload(std::size_t section, const RecordedPoint& point) {
+    return JsonFields().add("section", section).add("sample", point.sequence).text();
+}
+
 std::string characteristic_payload(std::size_t section, const Characteristic& characteristic) {
     return with_characteristic(JsonFields().add("section", section), characteristic);
 }

@@ -23,6 +23,7 @@ struct TimeTaken {
 std::string final_payload(const SectionResult& section, const std::optional<TimeTaken>& taken);
 std::string revised_payload(const SectionResult& section);
 std::string rejected_payload(std::size_t section, const RecordedPoint& point);
+std::string restored_payload(std::size_t section, const RecordedPoint& point);
 std::string characteristic_payload(std::size_t section, const Characteristic& characteristic);
 /// Of a characteristic that needs several sections: `of_part`, and section null where it is of the whole part.
 std::string characteristic_payload(const PartCharacteristic& characteristic);

@@ -47,6 +47,8 @@ std::string_view to_string(EventKind kind) noexcept {
             return "MeasureAgain";
         case EventKind::part_aligned:
             return "PartAligned";
+        case EventKind::point_restored:
+            return "PointRestored";
     }
     return "Unknown";
 }

@@ -31,6 +31,7 @@ enum class EventKind : std::uint8_t {
     points_chosen,
     measure_again,
     part_aligned,
+    point_restored,
 };
 /// "RunStarted", "PathStarted", ... as in the NDJSON stream.
 std::string_view to_string(EventKind kind) noexcept;

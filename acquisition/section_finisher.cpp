@@ -164,12 +164,16 @@ void SectionFinisher::announce_closed(const SectionResult& section, std::optiona
     announce_rejected(section);
 }
 
-/// The points that were not yet announced: some are found bad when the other sections are there.
+/// The points that were not yet announced: some are found bad when the other sections are there, and some good.
 void SectionFinisher::announce_rejected(const SectionResult& result) {
     auto& told = told_rejected_[result.index];
     for (const auto& point : result.points) {
-        if (point.verdict.reason == fitting::RejectReason::none || !told.insert(point.sequence).second) continue;
-        events_.emit(EventKind::point_rejected, t_machine_s_, rejected_payload(result.index, point));
+        if (point.verdict.reason != fitting::RejectReason::none) {
+            if (told.insert(point.sequence).second)
+                events_.emit(EventKind::point_rejected, t_machine_s_, rejected_payload(result.index, point));
+        } else if (told.erase(point.sequence) > 0) {
+            events_.emit(EventKind::point_restored, t_machine_s_, restored_payload(result.index, point));
+        }
     }
 }
 

@@ -192,17 +192,21 @@ std::optional<fitting::SectionFit> fit_without_strays(const fitting::SurfaceComp
                                                       const fitting::SectionFit& flat) {
     FitPoints points(setup, section.points);
     const auto strays = fitting::stray_points(surface, section.z_mm, points.centres, flat.verdicts);
-    if (strays.empty()) return std::nullopt;
-    for (const auto& stray : strays)
+    if (!strays.any()) return std::nullopt;
+    for (const auto& stray : strays.bad)
         points.excluded[stray.index] = RejectReason::fit_residual;
+    for (const auto& stray : strays.good)
+        points.kept[stray.index] = 1;
     auto options = section_options(setup);
     options.le_hint = flat.le_point_mm;
     options.te_hint = flat.te_point_mm;
     auto fit = points.fit(options);
     if (!fit) return std::nullopt;
     fitting::fit_edges(*fit);
-    for (const auto& stray : strays)
+    for (const auto& stray : strays.bad)
         fit->verdicts[stray.index].residual_mm = stray.off_mm;
+    for (const auto& stray : strays.good)
+        fit->verdicts[stray.index].kept = false;  // by the others, not by an operator
     return std::move(*fit);
 }
 

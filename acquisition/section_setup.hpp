@@ -68,8 +68,8 @@ SectionResult judge_fit(SectionResult section, core::Result<fitting::SectionFit>
 /// Judges what SectionJudge::close left.
 SectionResult judge_laid(SectionResult section, const SectionSetup& setup);
 
-/// The fit of a section without the bad points that the other sections betray (fitting::stray_points); none where there
-/// are none. `flat`: as it was fitted by itself.
+/// The fit of a section without the bad points that the other sections betray, and with the good ones that it had left
+/// out beside them (fitting::stray_points); none where there are none. `flat`: as it was fitted by itself.
 std::optional<fitting::SectionFit> fit_without_strays(const fitting::SurfaceCompensation& surface,
                                                       const SectionSetup& setup, const SectionResult& section,
                                                       const fitting::SectionFit& flat);

@@ -14,7 +14,8 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double steep_share = 0.3;  // of the farthest of a run
+constexpr double steep_share = 0.3;           // of the farthest of a run
+constexpr std::size_t shorter_than_dent = 3;  // so many points of a dent do not show its flanks
 constexpr std::size_t parts_of_a_level_span = 4;
 
 /// May be good or bad.
@@ -59,13 +60,13 @@ void take_run(std::span<const StrayPoint> run, std::vector<StrayPoint>& taken) {
     const bool steep = std::all_of(run.begin(), run.end(), [&](const StrayPoint& point) {
         return std::abs(point.off_mm) > steep_share * farthest;
     });
-    if (steep && run.size() <= longest_bad_run) taken.insert(taken.end(), run.begin(), run.end());
+    if (run.size() <= (steep ? longest_bad_run : shorter_than_dent)) taken.insert(taken.end(), run.begin(), run.end());
 }
 
 }  // namespace
 
-std::vector<StrayPoint> stray_points(const SurfaceCompensation& surface, double z_mm, std::span<const Vec2> centres,
-                                     std::span<const PointVerdict> verdicts) {
+StrayPoints stray_points(const SurfaceCompensation& surface, double z_mm, std::span<const Vec2> centres,
+                         std::span<const PointVerdict> verdicts) {
     const auto rows = surface.rows();
     const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& r) { return r.z_mm() == z_mm; });
     if (!surface.centres() || row == rows.end()) return {};
@@ -90,23 +91,27 @@ std::vector<StrayPoint> stray_points(const SurfaceCompensation& surface, double 
     std::vector<std::size_t> along(open.size());
     std::iota(along.begin(), along.end(), std::size_t{0});
     std::sort(along.begin(), along.end(), [&](std::size_t a, std::size_t b) { return feet[a].s_mm < feet[b].s_mm; });
-    const auto is_off = [&](std::size_t k) {
-        const auto most = most_off(places, feet[k].foot);
-        return most && std::abs(feet[k].distance_mm) > *most;
-    };
+    std::vector<std::optional<double>> most(open.size());
+    for (std::size_t k = 0; k < open.size(); ++k)
+        most[k] = most_off(places, feet[k].foot);
+    const auto is_off = [&](std::size_t k) { return most[k] && std::abs(feet[k].distance_mm) > *most[k]; };
+    StrayPoints found;
+    for (std::size_t k = 0; k < open.size(); ++k)
+        if (most[k] && !is_off(k) && verdicts[open[k]].reason != RejectReason::none)
+            found.good.push_back({open[k], feet[k].distance_mm});
     const auto first = std::find_if_not(along.begin(), along.end(), is_off);
     std::rotate(along.begin(), first, along.end());
-    std::vector<StrayPoint> taken, run;
+    std::vector<StrayPoint> run;
     for (const std::size_t k : along) {
         if (is_off(k)) {
             run.push_back({open[k], feet[k].distance_mm});
             continue;
         }
-        take_run(run, taken);
+        take_run(run, found.bad);
         run.clear();
     }
-    take_run(run, taken);
-    return taken;
+    take_run(run, found.bad);
+    return found;
 }
 
 }  // namespace cmm::fitting

@@ -10,18 +10,26 @@
 
 namespace cmm::fitting {
 
-/// A point of a section that lies off what all other sections foretell.
+/// A point of a section, and how far it lies off what all other sections foretell.
 struct StrayPoint {
     std::size_t index = 0;  ///< among the section's points
     double off_mm = 0.0;    ///< signed, outwards
 };
 
-/// Bad points that nothing in their own section betrays (two or three beside an edge, where the next good one is far):
-/// where the section at `z_mm` strays from the surface of ball centres through all sections, those of its `centres`
-/// that lie farther off it than the others' scatter and three tenths of the farthest allow. Runs of more than five are
-/// a feature of the part, and none of it is taken; points that are out already (`verdicts`: no contact, operator,
-/// duplicate) or that an operator keeps are passed over. `surface` has been laid; one per input point.
-std::vector<StrayPoint> stray_points(const SurfaceCompensation& surface, double z_mm, std::span<const Vec2> centres,
-                                     std::span<const PointVerdict> verdicts);
+/// What all other sections say of a section's points where it strays from them.
+struct StrayPoints {
+    std::vector<StrayPoint> bad;
+    std::vector<StrayPoint> good;  ///< of those that their own section has left out
+    bool any() const { return !bad.empty() || !good.empty(); }
+};
+
+/// Bad points that nothing in their own section betrays (two or three beside an edge, where the next good one is far),
+/// and good ones that it has left out with bad ones beside them: where the section at `z_mm` strays from the surface of
+/// ball centres through all sections, those of its `centres` that lie farther off it than the others' scatter allows,
+/// and those that do not. Of a run of four or five none may be off by less than three tenths of the farthest, and
+/// longer runs are a feature of the part: none of those is taken. Points that are out already (`verdicts`: no contact,
+/// operator, duplicate) or that an operator keeps are passed over. `surface` has been laid; one per input point.
+StrayPoints stray_points(const SurfaceCompensation& surface, double z_mm, std::span<const Vec2> centres,
+                         std::span<const PointVerdict> verdicts);
 
 }  // namespace cmm::fitting

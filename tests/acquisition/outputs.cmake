@@ -4,11 +4,12 @@ cmm_test(acquisition_outputs_tests
     LIBS cmm::acquisition SQLite::SQLite3 nlohmann_json::nlohmann_json)
 # What decisions risk, with simulated blades through the whole fit.
 cmm_test(decision_risk_tests
-    SOURCES decision_risk_test.cpp decision_subject.cpp decision_trials.cpp measure_again_test.cpp stray_sections_test.cpp until_decided_trials.cpp
+    SOURCES decision_risk_test.cpp decision_subject.cpp decision_trials.cpp measure_again_test.cpp natural_noses_test.cpp stray_sections_test.cpp until_decided_trials.cpp
         ${PROJECT_SOURCE_DIR}/tests/fitting/support/drawn_errors.cpp
         ${PROJECT_SOURCE_DIR}/tests/fitting/support/exact_sections.cpp
         ${PROJECT_SOURCE_DIR}/tests/fitting/support/families.cpp
         ${PROJECT_SOURCE_DIR}/tests/fitting/support/family_scan.cpp
+        ${PROJECT_SOURCE_DIR}/tests/fitting/support/natural_blade.cpp
         ${PROJECT_SOURCE_DIR}/tests/fitting/support/section_truth.cpp
         ${PROJECT_SOURCE_DIR}/tests/fitting/support/twisted_blade.cpp
     LIBS cmm::acquisition TIMEOUT 300)
