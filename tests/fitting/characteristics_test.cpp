@@ -314,19 +314,24 @@ TEST(Characteristics, ThroatOfACascade) {
     }
 }
 
+/// A blade from one scan without bad points.
+core::Result<SectionFit> scanned(const families::Blade& blade, std::uint64_t seed) {
+    families::ScanOptions scanning;
+    scanning.bad_share = 0.0;
+    scanning.seed = seed;
+    SectionOptions options;
+    options.le_hint = blade.le().nose;
+    options.te_hint = blade.te().nose;
+    return fit_section(families::scan(blade, scanning).points, {}, options);
+}
+
 /// Two places of a passage may be nearly as narrow as each other, and one that is far narrower than the points are
 /// apart is no less a passage.
 TEST(Characteristics, ThroatOfTurbinesIsTheNarrowestPlaceOfAll) {
     for (const std::uint64_t seed : {48, 360}) {
         const auto blade = families::make(families::Family::turbine, seed);
         const SectionTruth truth(section_truth::of_family(blade));
-        families::ScanOptions scanning;
-        scanning.bad_share = 0.0;
-        scanning.seed = 7919 * seed;
-        SectionOptions options;
-        options.le_hint = blade.le().nose;
-        options.te_hint = blade.te().nose;
-        const auto fit = fit_section(families::scan(blade, scanning).points, {}, options);
+        const auto fit = scanned(blade, 7919 * seed);
         ASSERT_TRUE(fit);
         MeasuredSection measured(*fit);
         const Vec2 pitch(0.0, 0.9 * (truth.tail() - truth.nose()).norm());
@@ -339,12 +344,7 @@ TEST(Characteristics, ThroatOfTurbinesIsTheNarrowestPlaceOfAll) {
 /// A trailing edge that comes out again on the other side of its neighbour: there is a distance, but no passage.
 TEST(Characteristics, NoThroatWhereANeighbourReachesThroughTheBlade) {
     const auto blade = families::make(families::Family::turbine, 96);
-    families::ScanOptions scanning;
-    scanning.bad_share = 0.0;
-    SectionOptions options;
-    options.le_hint = blade.le().nose;
-    options.te_hint = blade.te().nose;
-    const auto fit = fit_section(families::scan(blade, scanning).points, {}, options);
+    const auto fit = scanned(blade, families::ScanOptions().seed);
     ASSERT_TRUE(fit);
     MeasuredSection measured(*fit);
     const double chord = blade.shape().chord;
