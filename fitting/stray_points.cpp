@@ -51,8 +51,8 @@ std::optional<double> most_off(std::span<const StrayPlace> places, const Vec2& f
     return most;
 }
 
-/// All of a run of points that are off, unless they are too many, or some of them far less than the farthest: a dent
-/// has flanks.
+/// All of a run of points that are off, unless they are too many, or some of more than three far less than the
+/// farthest: a dent has flanks.
 void take_run(std::span<const StrayPoint> run, std::vector<StrayPoint>& taken) {
     double farthest = 0.0;
     for (const StrayPoint& point : run)
