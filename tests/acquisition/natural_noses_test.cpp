@@ -120,6 +120,9 @@ TEST(NaturalNoses, GoodPointsBesideBadOnesComeBackWhenAllSectionsAreThere) {
         EXPECT_EQ(measured.missed(), 0U);
         EXPECT_LT(measured.errors(false).largest_mm, 5e-3);
         lost += measured.lost();
+        for (const SectionResult& section : measured.sections)
+            for (const auto& point : section.points)
+                EXPECT_FALSE(point.verdict.kept) << "by the other sections, not by an operator";
     }
     EXPECT_LE(lost, 5U);
 }
