@@ -7,10 +7,14 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "acquisition/part_judge.hpp"
+#include "acquisition/section_finisher.hpp"
 #include "support/natural_blade.hpp"
 
 namespace cmm::acquisition {
@@ -125,6 +129,39 @@ TEST(NaturalNoses, GoodPointsBesideBadOnesComeBackWhenAllSectionsAreThere) {
                 EXPECT_FALSE(point.verdict.kept) << "by the other sections, not by an operator";
     }
     EXPECT_LE(lost, 5U);
+}
+
+/// Who follows the events hears of the points that come back: what was told and not taken back is what is left out.
+TEST(NaturalNoses, PointsThatComeBackAreAnnounced) {
+    const MeasuredBlade measured(14, true, 1.8, 0.4);
+    core::ManualClock clock;
+    EventHub events{clock};
+    std::size_t rejected = 0, restored = 0;
+    events.listen([&](const Event& event) {
+        rejected += event.kind == EventKind::point_rejected ? 1 : 0;
+        restored += event.kind == EventKind::point_restored ? 1 : 0;
+    });
+    std::deque<SectionSetup> setups;  // the sections refer to them
+    Workers workers{1};
+    SectionFinisher finisher(events, clock, workers);
+    for (const SectionResult& done : measured.sections) {
+        SectionSetup& setup = setups.emplace_back();
+        setup.index = done.index;
+        setup.z_mm = done.z_mm;
+        setup.le_hint_mm = measured.blade.le();
+        auto points = done.points;
+        for (auto& point : points)
+            point.verdict = {};
+        auto section = std::make_unique<LiveSection>(setup, 1e-4, core::PartFromMachine(), 0);
+        section->restore(std::move(points));
+        finisher.submit(std::move(section));
+    }
+    finisher.complete();
+    std::size_t left_out = 0;
+    for (const SectionResult& section : finisher.take_all())
+        left_out += section.rejected();
+    EXPECT_GE(restored, 4U);
+    EXPECT_EQ(rejected, restored + left_out);
 }
 
 /// Two points are no dent, however much the one is farther off than the other.
