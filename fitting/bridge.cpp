@@ -51,7 +51,11 @@ class Polynomial {
         term_limit_ = term_factor * term_factor * sigma * sigma;
         if (count_ < lowest_degree + 2) return false;
         variance_ = sigma * sigma;
-        terms_.begin(x_.head(static_cast<Eigen::Index>(count_)));
+        Values there = Values::Zero();
+        there.head(static_cast<Eigen::Index>(count_)) = 1.0;
+        x_ = (there > 0.0).select(x_, x_[0]);
+        y_ *= there;
+        terms_.begin(x_, there);
         take_term();
         most_degree = std::min(most_degree, count_ - 2);
         const std::size_t top = std::min(count_ - 1, most_degree + 2);
@@ -84,14 +88,15 @@ class Polynomial {
     }
 
   private:
+    using Values = Eigen::Array<double, most_points, 1>;
+
     void take_term() {
         const std::size_t degree = terms_.degree();
-        const auto& now = terms_.values_of(degree);
-        auto left = y_.head(now.size());
-        const double moment = (now * left).sum(), c = moment / terms_.norm_of(degree);
-        left -= c * now;
+        const Values& now = terms_.values_of(degree);
+        const double moment = (now * y_).sum(), c = moment / terms_.norm_of(degree);
+        y_ -= c * now;
         c_[degree] = c;
-        squares_[degree] = left.square().sum();
+        squares_[degree] = y_.square().sum();
         real_[degree] = moment * c > term_limit_;
     }
 
@@ -105,8 +110,8 @@ class Polynomial {
     }
 
     CircleFrame frame_;
-    OrthogonalPolynomials<most_points, highest_degree + 2> terms_;
-    Eigen::Array<double, most_points, 1> x_, y_;  // y becomes the residual
+    OrthogonalPolynomials<Values, highest_degree + 2> terms_;
+    Values x_ = Values::Zero(), y_ = Values::Zero();  // y becomes the residual
     std::array<double, highest_degree + 3> c_{}, squares_{};
     std::array<bool, highest_degree + 3> real_{};
     std::size_t count_ = 0, degree_ = 0;

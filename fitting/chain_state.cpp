@@ -193,10 +193,7 @@ Neighbours ChainState::neighbours_of(std::ptrdiff_t i) {
 }
 
 Verdict ChainState::judge(std::ptrdiff_t i) {
-    double sigma = sigma_at(i);
-    for (const std::ptrdiff_t by : {-half_a_block, half_a_block})
-        if (exists(i + by)) sigma = std::max(sigma, sigma_at(i + by));
-    return judge_point(neighbours_of(i), point(i), sigma);
+    return judge_point(neighbours_of(i), point(i), largest_sigma(i, half_a_block));
 }
 
 void ChainState::note(std::ptrdiff_t i, PointState now, const Verdict& verdict) {

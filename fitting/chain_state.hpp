@@ -36,6 +36,13 @@ class ChainState {
     double residual(std::ptrdiff_t i) const { return residual_[index(i)]; }
     /// Standard deviation of a point, so that the floor is never undercut.
     double sigma_at(std::ptrdiff_t i) const { return std::max(scatter_[block_of(i)], floor_ / reject_factor); }
+    /// Of the points there, and so many before and after it.
+    double largest_sigma(std::ptrdiff_t i, std::ptrdiff_t by) const {
+        double sigma = sigma_at(i);
+        for (const std::ptrdiff_t there : {i - by, i + by})
+            if (exists(there)) sigma = std::max(sigma, sigma_at(there));
+        return sigma;
+    }
     /// Where steps are not clearly longer than the noise, every so many-th point is a neighbour.
     std::ptrdiff_t stride(std::ptrdiff_t i) const { return stride_[block_of(i)]; }
 

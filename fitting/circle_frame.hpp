@@ -28,6 +28,16 @@ class CircleFrame {
         const double c = 1.0 - k * left, r = std::sqrt(k * k * x * x + c * c);
         return {2.0 * x / std::max(c + r, 1e-9), (k * (x * x + left * left) - 2.0 * left) / (1.0 + r)};
     }
+    /// The same of many points, in their place: their x becomes u, their y becomes y.
+    template <class Numbers>
+    void bring(Numbers& xs, Numbers& ys) const {
+        const Numbers dx = xs - origin_.x(), dy = ys - origin_.y();
+        const Numbers x = dx * along_.x() + dy * along_.y(), left = along_.x() * dy - along_.y() * dx;
+        const double k = curvature_;
+        const Numbers c = 1.0 - k * left, r = (k * k * x * x + c * c).sqrt();
+        xs = 2.0 * x / (c + r).max(1e-9);
+        ys = (k * (x * x + left * left) - 2.0 * left) / (1.0 + r);
+    }
     /// Whether a place is so far round the circle that the coordinates say little: 62 degrees from the middle.
     bool is_far(double u) const { return std::abs(u * curvature_) > 2.0 * widest_half_angle; }
     double curvature() const { return curvature_; }

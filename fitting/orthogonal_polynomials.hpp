@@ -10,20 +10,18 @@ namespace cmm::fitting {
 
 /// Polynomials that are orthogonal on some places, one degree after the other, by Forsythe's recurrence (1957)
 /// P_{j+1} = (x - a_j) P_j - b_j P_{j-1}; the places are brought to [-1, 1].
-template <int MostPlaces, std::size_t MostDegree>
+/// `Values`: an Eigen array with a number of each place.
+template <class Values, std::size_t MostDegree>
 class OrthogonalPolynomials {
   public:
-    using Values = Eigen::Array<double, Eigen::Dynamic, 1, 0, MostPlaces>;
-
-    /// Degree 0. One place or more.
-    template <class Places>
-    void begin(const Eigen::ArrayBase<Places>& places) {
+    /// Degree 0. `counts`: 1, or 0 of places that count for nothing; one or more that do.
+    void begin(const Values& places, const Values& counts) {
         const double low = places.minCoeff(), high = places.maxCoeff();
         middle_ = 0.5 * (low + high);
         half_ = std::max(0.5 * (high - low), 1e-12);
         x_ = (places - middle_) * (1.0 / half_);
-        values_[0].setOnes(places.size());
-        norm_[0] = static_cast<double>(places.size());
+        values_[0] = counts;
+        norm_[0] = counts.sum();
         degree_ = 0;
     }
 

@@ -26,7 +26,8 @@ class Finder {
 
     BadPoints run() {
         test_all();
-        convict_lifted();
+        LiftedRuns lifted(chain_);
+        if (lifted.convict()) chain_.estimate_scatter();
         // What is found makes the scatter smaller, and more stands out.
         for (int round = 0; round < most_accusations && accuse(); ++round) {
             for (const auto& [low, high] : stretches_) {
@@ -40,7 +41,7 @@ class Finder {
             chain_.estimate_scatter();
         }
         // Runs beside those that show far more were not looked at.
-        if (chain_.any_bad()) convict_lifted();
+        if (chain_.any_bad() && lifted.convict()) chain_.estimate_scatter();
         exchange_swapped_runs(chain_);
         return chain_.report();
     }
@@ -60,10 +61,6 @@ class Finder {
         chain_.test(0, chain_.size() - 1);
         chain_.estimate_scatter();
         if (chain_.set_strides()) chain_.estimate_scatter();
-    }
-
-    void convict_lifted() {
-        if (convict_lifted_runs(chain_)) chain_.estimate_scatter();
     }
 
     /// Every suspect accuses the neighbours that its test rests on, and itself. False when there is none.

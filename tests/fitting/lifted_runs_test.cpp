@@ -35,7 +35,7 @@ BadPoints judged(const Points& points, bool closed) {
     ChainState chain(points, closed, 2e-3);
     chain.test(0, chain.size() - 1);
     chain.estimate_scatter();
-    const bool any = convict_lifted_runs(chain);
+    const bool any = LiftedRuns(chain).convict();
     const auto found = chain.report();
     EXPECT_EQ(any, std::count(found.bad.begin(), found.bad.end(), 1) > 0);
     return found;
@@ -69,6 +69,36 @@ TEST(LiftedRuns, OfTwelveStandardDeviationsAreFound) {
         EXPECT_LE(missed, bad / 25) << run;
         EXPECT_LE(lost, 4U) << run;
     }
+}
+
+/// What was heard before is not heard again, and makes no difference.
+TEST(LiftedRuns, AreHeardAgainWhereSomethingChanged) {
+    std::size_t later = 0;
+    for (std::uint64_t seed = 0; seed < 40; ++seed) {
+        core::Rng rng(1000 + seed);
+        std::vector<double> heights(800, 0.0);
+        for (int runs = 0; runs < 40; ++runs)  // many: the scatter falls when they are found
+            for (std::size_t i = rng.below(800), end = i + 1 + rng.below(3); i < end; ++i)
+                heights[i % 800] = scan_sigma_mm * rng.uniform(6.0, 60.0);
+        const auto points = circle(800, seed, [&](std::size_t i) { return heights[i]; });
+        ChainState chain(points, true, 2e-3);
+        chain.test(0, chain.size() - 1);
+        chain.estimate_scatter();
+        LiftedRuns runs(chain);
+        runs.convict();
+        // Others are found by other means.
+        for (std::ptrdiff_t i = 3; i < chain.size(); i += 37) {
+            chain.note(i, PointState::bad, {});
+            chain.test(i - 3, i + 3);
+        }
+        chain.estimate_scatter();
+        ChainState other = chain;
+        const bool any = runs.convict();
+        EXPECT_EQ(any, LiftedRuns(other).convict()) << seed;
+        EXPECT_EQ(chain.report().bad, other.report().bad) << seed;
+        later += any;
+    }
+    EXPECT_GE(later, 10U) << "there was something to find";
 }
 
 /// Of 2.4 million points 8 were.

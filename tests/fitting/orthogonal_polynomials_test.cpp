@@ -11,15 +11,25 @@
 namespace cmm::fitting {
 namespace {
 
-using Polynomials = OrthogonalPolynomials<20, 8>;
+constexpr Eigen::Index room = 20;
+using Values = Eigen::Array<double, room, 1>;
+using Polynomials = OrthogonalPolynomials<Values, 8>;
+
+/// The first so many places count.
+Values first_places(Eigen::Index count) {
+    Values counts = Values::Zero();
+    counts.head(count) = 1.0;
+    return counts;
+}
 
 TEST(OrthogonalPolynomials, AreOrthogonalOnUnevenPlaces) {
     core::Rng rng(1);
-    Eigen::ArrayXd places(17);
-    for (Eigen::Index i = 0; i < places.size(); ++i)
+    constexpr Eigen::Index count = 17;
+    Values places = Values::Constant(50.0);
+    for (Eigen::Index i = 0; i < count; ++i)
         places[i] = 40.0 + static_cast<double>(i) + rng.uniform(-0.4, 0.4);
     Polynomials polynomials;
-    polynomials.begin(places);
+    polynomials.begin(places, first_places(count));
     while (polynomials.degree() < 8)
         ASSERT_TRUE(polynomials.raise());
     for (std::size_t a = 0; a <= 8; ++a)
@@ -29,10 +39,12 @@ TEST(OrthogonalPolynomials, AreOrthogonalOnUnevenPlaces) {
             EXPECT_NEAR(product / norms, a == b ? 1.0 : 0.0, 1e-12) << a << ' ' << b;
         }
     // At the places they were made from, and as polynomials of their degree: the ninth differences vanish.
-    for (Eigen::Index i = 0; i < places.size(); ++i)
+    for (Eigen::Index i = 0; i < count; ++i)
         polynomials.at(places[i], 8, [&](std::size_t degree, double value) {
             EXPECT_NEAR(value, polynomials.values_of(degree)[i], 1e-12);
         });
+    EXPECT_EQ(polynomials.norm_of(0), count);
+    EXPECT_EQ(polynomials.values_of(8).tail(room - count).abs().maxCoeff(), 0.0) << "places that count for nothing";
     std::array<double, 10> steps{};
     for (std::size_t k = 0; k < steps.size(); ++k)
         polynomials.at(40.0 + 2.0 * static_cast<double>(k), 8, [&](std::size_t degree, double value) {
@@ -47,15 +59,35 @@ TEST(OrthogonalPolynomials, AreOrthogonalOnUnevenPlaces) {
 }
 
 TEST(OrthogonalPolynomials, NoDegreeThatThePlacesDoNotTell) {
-    const Eigen::Array4d places{1.0, 2.0, 2.0, 3.0};  // three different ones
+    Values places = Values::Constant(2.0);
+    places.head(4) << 1.0, 2.0, 2.0, 3.0;  // three different ones
     Polynomials polynomials;
-    polynomials.begin(places);
+    polynomials.begin(places, first_places(4));
     EXPECT_TRUE(polynomials.raise());
     EXPECT_TRUE(polynomials.raise());
     EXPECT_FALSE(polynomials.raise());
     EXPECT_EQ(polynomials.degree(), 2U);
-    polynomials.begin(Eigen::Array<double, 1, 1>{5.0});
+    polynomials.begin(Values::Constant(5.0), first_places(1));
     EXPECT_FALSE(polynomials.raise());
+}
+
+TEST(CircleFrame, BringsManyPointsAsItBringsOne) {
+    core::Rng rng(2);
+    Values xs, ys;
+    for (Eigen::Index i = 0; i < room; ++i) {
+        xs[i] = rng.uniform(-1.0, 1.0);
+        ys[i] = rng.uniform(-1.0, 1.0);
+    }
+    for (const double bend : {0.0, 0.3}) {
+        const CircleFrame frame({-1.0, bend}, {0.1, 0.0}, {1.0, bend});
+        Values u = xs, y = ys;
+        frame.bring(u, y);
+        for (Eigen::Index i = 0; i < room; ++i) {
+            const Vec2 one = frame.local({xs[i], ys[i]});
+            EXPECT_EQ(u[i], one.x());
+            EXPECT_EQ(y[i], one.y());
+        }
+    }
 }
 
 TEST(CircleFrame, IsStraightAlongACircleOfAnyRadius) {
