@@ -11,6 +11,7 @@
 #include "acquisition/section_alignment.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
+#include "fitting/nominal_radius.hpp"
 
 namespace cmm::acquisition {
 namespace {
@@ -20,6 +21,11 @@ using Kind = CharacteristicKind;
 
 tl::unexpected<core::Error> refuse(const std::string& why) {
     return core::fail(core::ErrorCode::fit_not_evaluable, why);
+}
+
+/// By what form the points of the edge support; so is that of the nominal, when the part has been measured.
+bool is_plain_radius(const CharacteristicSpec& spec) {
+    return (spec.kind == Kind::le_radius || spec.kind == Kind::te_radius) && !spec.has_radius_window();
 }
 
 /// Angles that differ by whole turns are the same.
@@ -59,6 +65,7 @@ const core::Result<fitting::BestFit>& AskedCharacteristics::best_fit(const ZoneS
 core::Result<double> AskedCharacteristics::nominal_of(const CharacteristicSpec& spec) const {
     if (const auto known = nominal_without_section(spec)) return *known;
     if (nominal_ == nullptr) return refuse("no nominal is given, and there is no nominal section");
+    if (is_plain_radius(spec)) return fitting::nominal_radius(*nominal_, edge_of(spec), section_.fit());
     const auto* value = measures_->find(spec);
     return value != nullptr ? *value : refuse("the nominal section was not asked for it");
 }
@@ -146,7 +153,7 @@ void AskedCharacteristics::require(const CharacteristicSpec& spec, Characteristi
         if (nominal) {
             c.nominal = *nominal;
             if (c.value) c.value = near(*c.value, *nominal, c.unit);
-        } else if (spec.has_tolerance()) {
+        } else if (spec.has_tolerance() && c.value) {
             c.note = nominal.error().message;
             c.value.reset();
             c.u95.reset();
@@ -162,7 +169,7 @@ Characteristic AskedCharacteristics::make(const CharacteristicSpec& spec, const 
     Characteristic c;
     if (spec.has_radius_window()) {
         c = radius_in_window(spec);
-    } else if (spec.kind == Kind::le_radius || spec.kind == Kind::te_radius) {
+    } else if (is_plain_radius(spec)) {
         if (const auto* radius = known.find(to_string(spec.kind)); radius != nullptr) c = *radius;
     } else if (is_curvature(spec.kind)) {
         c = curvature(spec);

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "acquisition/profile.hpp"
 #include "core/text.hpp"
 #include "core/units.hpp"
 
@@ -215,6 +216,12 @@ void read_places(const ConfigTable& table, CharacteristicSpec& spec) {
     if (belac) spec.direction_rad = core::rad_from_deg(table.required_number("direction_deg", {-360.0, 360.0}));
 }
 
+bool is_name_of_another(std::string_view label, CharacteristicKind kind) {
+    const auto named = characteristic_kind_from(label);
+    return (named && named != kind) || std::any_of(profile_zones.begin(), profile_zones.end(),
+                                                   [&](const ProfileZone& zone) { return zone.name == label; });
+}
+
 }  // namespace
 
 std::string label_of(const CharacteristicSpec& spec, std::string_view method_word) {
@@ -323,6 +330,8 @@ std::vector<CharacteristicSpec> read_characteristics(const std::vector<core::Con
                 spec.sections.push_back(static_cast<std::size_t>(index));
         }
         spec.label = table.text("label", label_of(spec, table.text("method", "")));
+        if (is_name_of_another(spec.label, spec.kind))
+            table.complain("label", "\"" + spec.label + "\" is the name of another characteristic");
         for (const auto& other : specs)
             if (other.label == spec.label && share_a_section(other, spec))
                 table.complain("name", "\"" + spec.label + "\" is asked for twice: give one of them a label");

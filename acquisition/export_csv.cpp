@@ -39,6 +39,15 @@ std::vector<CsvColumn> characteristic_columns(const PartResult& part) {
     return columns;
 }
 
+/// In quotes where it needs them (RFC 4180).
+std::string text_cell(const std::string& text) {
+    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text)
+        quoted.append(c == '"' ? 2 : 1, c);
+    return quoted + '"';
+}
+
 std::string cell(const std::optional<double>& value, Unit unit) {
     return value && unit == Unit::rad ? cell(core::deg_from_rad(*value)) : cell(value);
 }
@@ -73,7 +82,7 @@ std::string sections_csv(const PartResult& part) {
     for (const auto& [name, unit] : columns) {
         const std::string suffix(column_suffix(unit));
         for (const std::string& last : {suffix, "_u95" + suffix, std::string("_decision")})
-            out.append(",").append(name).append(last);
+            out.append(",").append(text_cell(name + last));
     }
     const bool aligned = part.alignment() != nullptr;
     if (aligned) out += alignment_columns;
@@ -97,7 +106,7 @@ std::string part_csv(const PartResult& part) {
     std::string out = "name,section,unit,value,u95,nominal,lower,upper,decision\n";
     for (const auto& [c, section] : part.characteristics) {
         const bool angle = c.unit == Unit::rad;
-        out += c.name + ',' + (section ? std::to_string(*section) : std::string()) + ',' +
+        out += text_cell(c.name) + ',' + (section ? std::to_string(*section) : std::string()) + ',' +
                (angle ? "deg" : std::string(to_string(c.unit)));
         for (const auto& value : {c.value, c.u95, c.nominal, c.lower, c.upper})
             out += ',' + cell(value, c.unit);

@@ -123,8 +123,8 @@ core::Result<double> NominalMeasures::value_of(const CharacteristicSpec& spec, c
         if (!found) return not_measured("of the nominal section: " + found.error().message);
         return found->radius.value;
     }
-    if (spec.kind == Kind::le_radius) return nominal.le_radius_mm();
-    if (spec.kind == Kind::te_radius) return nominal.te_radius_mm();
+    if (spec.kind == Kind::le_radius || spec.kind == Kind::te_radius)
+        return not_measured("a radius is by the form that the points of the part support");
     if (is_curvature(spec.kind)) return curvature_of_nominal(spec, nominal, contour());
     const auto measured = measure_of(spec, measured_);
     if (!measured) return not_measured("of the nominal section: " + measured.error().message);

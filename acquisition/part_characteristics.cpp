@@ -19,6 +19,8 @@ using Kind = CharacteristicKind;
 constexpr double coverage_95 = 2.0;
 constexpr double sure_of_direction = 3.0;  // standard uncertainties: nearer to none a distance answers in any direction
 
+constexpr const char* one_section = "root and tip are the same section";
+
 /// What is independent from section to section, standard, and how much of it the machine does place by place; and what
 /// all sections have in common.
 struct Number {
@@ -75,6 +77,7 @@ class PartMeasures {
         const auto a = placed(root(spec), spec), b = placed(tip(spec), spec);
         if (!a) return tl::unexpected(a.error());
         if (!b) return tl::unexpected(b.error());
+        if (!(std::abs(b->z_mm - a->z_mm) > 0.0)) return missing(one_section);
         const Eigen::Index axis = spec.kind == Kind::lean_x ? 0 : 1;
         const auto &from = a->placement, &to = b->placement;
         // A tilt of the part's frame leans both the same way; twist and bow do not feel it.
@@ -95,7 +98,7 @@ class PartMeasures {
         for (const auto* one : {&a, &b, &c})
             if (!*one) return tl::unexpected(one->error());
         const double span = b->z_mm - a->z_mm;
-        if (!(std::abs(span) > 0.0)) return missing("root and tip are the same section");
+        if (!(std::abs(span) > 0.0)) return missing(one_section);
         const double share = (c->z_mm - a->z_mm) / span;
         const auto &low = a->placement, &high = b->placement, &here = c->placement;
         const Eigen::Vector2d off = here.shift_mm - (1.0 - share) * low.shift_mm - share * high.shift_mm;
@@ -230,6 +233,25 @@ Characteristic made(const CharacteristicSpec& spec, const core::Result<Number>& 
     return c;
 }
 
+/// What is asked of sections that there are not: nobody else says that it was not judged.
+void add_missing_sections(const CharacteristicSpec& spec, PartResult& part) {
+    std::string missing;
+    for (const std::size_t index : spec.sections)
+        if (std::none_of(part.sections.begin(), part.sections.end(),
+                         [&](const SectionResult& section) { return section.index == index; }))
+            missing += (missing.empty() ? "section " : ", ") + std::to_string(index);
+    if (missing.empty()) return;
+    Characteristic c;
+    c.name = spec.label;
+    c.method = std::string(to_string(spec.kind));
+    c.unit = unit_of(spec.kind);
+    c.nominal = nominal_without_section(spec);
+    set_limits(spec, c);
+    c.decision = Decision::not_evaluable;
+    c.note = missing + ": there is no such section";
+    part.characteristics.push_back({std::move(c), std::nullopt});
+}
+
 }  // namespace
 
 void add_part_characteristics(const std::vector<CharacteristicSpec>& asked, const DecisionRule& rule,
@@ -238,6 +260,7 @@ void add_part_characteristics(const std::vector<CharacteristicSpec>& asked, cons
     const PartMeasures measures(part);
     const bool with_machine = part.uncertainty.errors().any();
     for (const auto& spec : asked) {
+        if (part.complete) add_missing_sections(spec, part);
         if (!is_of_part(spec.kind)) continue;
         const auto add = [&](std::optional<std::size_t> section, core::Result<Number> number) {
             if (!part.complete) number = missing("not all sections are measured");
@@ -251,9 +274,15 @@ void add_part_characteristics(const std::vector<CharacteristicSpec>& asked, cons
             const bool twist = spec.kind == Kind::relative_twist;
             const auto root = twist && spec.reference_section ? spec.reference_section : measures.root(spec);
             const auto tip = twist ? std::nullopt : measures.tip(spec);
+            // Of the ends themselves it is nought by definition.
+            const auto is_end = [&](const SectionResult& section) {
+                return section.index == root || section.index == tip;
+            };
+            if (std::all_of(part.sections.begin(), part.sections.end(), is_end))
+                add(std::nullopt, missing(twist ? "no section beside that of reference was measured"
+                                                : "no section between root and tip was measured"));
             for (const auto& section : part.sections) {
-                // Of the ends themselves it is nought by definition.
-                if (!spec.is_of(section.index) || section.index == root || section.index == tip) continue;
+                if (!spec.is_of(section.index) || is_end(section)) continue;
                 add(section.index,
                     twist ? measures.relative_twist(spec, section.index) : measures.bow(spec, section.index));
             }

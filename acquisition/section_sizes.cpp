@@ -7,6 +7,7 @@
 #include "core/text.hpp"
 #include "core/units.hpp"
 #include "fitting/chord.hpp"
+#include "fitting/edge_fit.hpp"
 #include "fitting/radius_uncertainty.hpp"
 #include "fitting/thickness.hpp"
 
@@ -18,6 +19,9 @@ using fitting::ContourPoint;
 using fitting::Zone;
 
 constexpr const char* radius_method = "orthogonal-distance circle through the edge's points";
+constexpr const char* mean_circle_method =
+    "mean circle: orthogonal-distance circle through the middle 70 % of the edge's points, which support no form";
+static_assert(fitting::mean_circle_share == 0.7);
 constexpr const char* chord_method = "NOSETAIL: between the points where the camber line leaves the section";
 constexpr const char* thickness_method = "MAX_INSCRIBED: diameter of the largest inscribed circle";
 
@@ -51,8 +55,10 @@ std::string model_note(const fitting::EdgeFit& edge) {
 Characteristic edge_radius(const char* name, const fitting::SectionFit& fit, Zone zone,
                            std::optional<fitting::EdgeModel> asked, double error) {
     const fitting::EdgeFit& edge = zone == Zone::le ? fit.le : fit.te;
-    const std::string method = radius_method_of(edge.model);
-    if (!edge.valid) return not_evaluable(name, method, {}, edge.why.empty() ? "no circular edge" : edge.why);
+    if (!edge.valid)
+        return not_evaluable(name, radius_method_of(edge.model), {}, edge.why.empty() ? "no circular edge" : edge.why);
+    const std::string method =
+        edge.model == fitting::EdgeModel::free ? mean_circle_method : radius_method_of(edge.model);
     if (asked && edge.model != *asked)
         return not_evaluable(name, method, {},
                              "the points do not tell the form that was asked for; they give " +

@@ -20,9 +20,9 @@ namespace {
 constexpr double around_share = 1.75;         // of the edge zone's length, to either side of its middle
 constexpr std::ptrdiff_t points_beyond = 24;  // of the sides, for the bridges
 constexpr double nearest_share = 0.45;        // of the way to the other edge
-constexpr double arc_core_share = 0.7;        // middle part of an edge zone that gives a mean circle
 constexpr double roughly_circular = 0.05;     // rms over radius above which a radius means nothing
 constexpr double circular_mm = 0.5e-3;        // deviation from a circle that needs no noise to excuse it
+constexpr double whole_turn = 2.0 * std::numbers::pi;
 constexpr double strong_evidence = 6.0;  // Kass and Raftery 1995: what replaces the free form must be surer than a name
 constexpr double least_noise_mm = 1e-4;  // below it the free form is as near to the points as any model
 
@@ -55,14 +55,14 @@ struct Describer {
         across[4] = -0.5 * v[3] / std::pow(v[4], 1.5);
         fit.parameters = {{"semi_axis_along_mm", s.semi_axis_along(), u95(trial, along)},
                           {"semi_axis_across_mm", s.semi_axis_across(), u95(trial, across)},
-                          {"direction_rad", v[2], u95(trial, Eigen::VectorXd::Unit(5, 2))}};
+                          {"direction_rad", std::remainder(v[2], whole_turn), u95(trial, Eigen::VectorXd::Unit(5, 2))}};
     }
 
     void operator()(const ParabolaShape& s) const {
         const auto& v = s.values();
         set_vertex(v.head<2>(), v[2], v[3], Eigen::VectorXd::Unit(4, 3));
         fit.parameters = {{"nose_radius_mm", v[3], fit.radius_u95_mm},
-                          {"direction_rad", v[2], u95(trial, Eigen::VectorXd::Unit(4, 2))}};
+                          {"direction_rad", std::remainder(v[2], whole_turn), u95(trial, Eigen::VectorXd::Unit(4, 2))}};
     }
 
     void operator()(const DoubleArcShape& s) const {
@@ -82,7 +82,7 @@ struct Describer {
         set_covariance(jacobian);
         fit.parameters = {{"first_radius_mm", v[2], u95(trial, Eigen::VectorXd::Unit(5, 2))},
                           {"second_radius_mm", v[3], u95(trial, Eigen::VectorXd::Unit(5, 3))},
-                          {"direction_rad", v[4], u95(trial, Eigen::VectorXd::Unit(5, 4))}};
+                          {"direction_rad", std::remainder(v[4], whole_turn), u95(trial, Eigen::VectorXd::Unit(5, 4))}};
     }
 
   private:
@@ -261,7 +261,7 @@ std::pair<std::size_t, std::size_t> EdgeFitter::zone_points(const EdgeRegion& re
 EdgeFit EdgeFitter::free_form(const EdgeRegion& region, const Gathered& gathered, EdgeAnswer& answer) const {
     EdgeFit fit;
     const auto [first, last] = zone_points(region, gathered);
-    const auto trim = static_cast<std::size_t>(0.5 * (1.0 - arc_core_share) * static_cast<double>(last - first));
+    const auto trim = static_cast<std::size_t>(0.5 * (1.0 - mean_circle_share) * static_cast<double>(last - first));
     std::vector<Vec2> points;
     for (std::size_t i = first + trim; i + trim < last; ++i)
         points.push_back(gathered.edge.points[i].centre);

@@ -15,6 +15,9 @@
 
 namespace cmm::fitting {
 
+/// Middle part of an edge zone's points that gives a mean circle.
+inline constexpr double mean_circle_share = 0.7;
+
 /// What the edges of one section are fitted from: the free-form curve of ball centres, the points that it was fitted
 /// to, and the part contour that both edges were found on.
 struct EdgeSource {

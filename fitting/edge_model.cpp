@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "fitting/circle.hpp"
+#include "fitting/edge_starts.hpp"
 #include "fitting/model_fitter.hpp"
 
 namespace cmm::fitting {
@@ -43,10 +43,10 @@ class Chooser {
   private:
     /// The simplest model that the points do not refuse.
     bool try_models() {
-        if (wanted(EdgeModel::arc) && try_shape(arc_start())) return true;
+        if (wanted(EdgeModel::arc) && try_shape(arc_start(fitter_, window_))) return true;
         if (wanted(EdgeModel::ellipse) || wanted(EdgeModel::parabola))
             if (try_conics()) return true;
-        return wanted(EdgeModel::double_arc) && try_shape(two_arcs_start());
+        return wanted(EdgeModel::double_arc) && try_shape(two_arcs_start(fitter_, window_));
     }
 
     bool wanted(EdgeModel model) const { return !request_ || *request_ == model; }
@@ -54,13 +54,11 @@ class Chooser {
     /// An ellipse whose roundness is not told from a parabola's is tried as one first; where no ellipse will do, no
     /// parabola will, which is one of them.
     bool try_conics() {
-        const auto start = vertex_start();
+        if (request_ == EdgeModel::parabola) return try_shape(vertex_start(fitter_, window_));
+        const auto start = round_start(fitter_, window_);
         if (!start) return false;
-        if (request_ == EdgeModel::parabola) return try_shape(start);
-        EllipseShape::Values values;
-        values << start->values(), 1.0;
         fitter_.forget_normals();
-        const auto ellipse = fitter_.fit(EllipseShape(values), window_);
+        const auto ellipse = fitter_.fit(*start, window_);
         const double roundness = ellipse.shape.values()[4];
         const double variance = std::pow(fitter_.edge().noise.sigma_mm, 2) * inverse_of_small(ellipse.normal)(4, 4);
         const double significance = roundness * std::abs(roundness) / std::max(variance, 1e-300);
@@ -119,62 +117,6 @@ class Chooser {
             if (!trial.why.empty() || trial.gain < least_gain) continue;
             if (!choice_.chosen || trial.gain > choice_.trials[*choice_.chosen].gain) choice_.chosen = i;
         }
-    }
-
-    std::optional<Circle> circle_of(const EdgeWindow& w) const {
-        const auto circle = fit_circle_kasa(std::span(fitter_.centres()).subspan(w.begin, w.count()));
-        if (!circle || !(circle->radius > fitter_.ball_mm())) return {};
-        return *circle;
-    }
-
-    std::optional<ArcShape> arc_start() const {
-        const auto circle = circle_of(window_);
-        if (!circle) return {};
-        ArcShape::Values values;
-        values << circle->centre, circle->radius - fitter_.ball_mm();
-        return ArcShape(values);
-    }
-
-    /// Vertex, direction and radius of the circle through the window: where conics begin.
-    std::optional<ParabolaShape> vertex_start() const {
-        const auto circle = circle_of(window_);
-        if (!circle) return {};
-        Vec2 axis = Vec2::Zero();
-        for (std::size_t i = window_.begin; i < window_.end; ++i)
-            axis += fitter_.edge().points[i].normal;
-        axis.normalize();
-        const double radius = circle->radius - fitter_.ball_mm();
-        ParabolaShape::Values values;
-        values << circle->centre + radius * axis, std::atan2(axis.y(), axis.x()), radius;
-        return ParabolaShape(values);
-    }
-
-    /// The best of three places where a circle may meet another.
-    std::optional<DoubleArcShape> two_arcs_start() const {
-        std::optional<DoubleArcShape> best;
-        double least = std::numeric_limits<double>::infinity();
-        for (const double share : {0.3, 0.5, 0.7}) {
-            const auto split = window_.begin + static_cast<std::size_t>(share * static_cast<double>(window_.count()));
-            const EdgeWindow before{window_.begin, split}, after{split, window_.end};
-            const auto first = circle_of(before), second = circle_of(after);
-            if (!first || !second) continue;
-            const double squares = squares_about(*first, before) + squares_about(*second, after);
-            if (squares >= least) continue;
-            least = squares;
-            const Vec2& meeting = fitter_.edge().points[split].normal;
-            DoubleArcShape::Values values;
-            values << first->centre, first->radius - fitter_.ball_mm(), second->radius - fitter_.ball_mm(),
-                std::atan2(meeting.y(), meeting.x());
-            best = DoubleArcShape(values);
-        }
-        return best;
-    }
-
-    double squares_about(const Circle& circle, const EdgeWindow& w) const {
-        double sum = 0.0;
-        for (std::size_t i = w.begin; i < w.end; ++i)
-            sum += std::pow((fitter_.centres()[i] - circle.centre).norm() - circle.radius, 2);
-        return sum;
     }
 
     bool lopsided(const DoubleArcShape& shape, const EdgeWindow& w) const {

@@ -64,6 +64,16 @@ TEST(SectionCsv, DeviationIsEmptyWithoutANominal) {
     EXPECT_EQ(section_csv(open_section(0)), "");
 }
 
+TEST(SectionsCsv, NamesWithCommasAndQuotesAreQuoted) {
+    auto section = section_at(0, 0.0);
+    Characteristic c;
+    c.name = "a, \"b\"";
+    section.characteristics = {c};
+    const auto csv = sections_csv(part_of({section}));
+    EXPECT_NE(csv.find(",\"a, \"\"b\"\"_mm\",\"a, \"\"b\"\"_u95_mm\",\"a, \"\"b\"\"_decision\"\n"), std::string::npos)
+        << csv;
+}
+
 TEST(SectionsCsv, HasARowASectionAndThreeColumnsACharacteristic) {
     const std::vector<SectionResult> sections{section_at(0, 0.0), section_at(1, 0.2), open_section(2)};
     const auto csv = sections_csv(part_of(sections));

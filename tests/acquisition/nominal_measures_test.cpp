@@ -41,7 +41,7 @@ TEST(NominalMeasures, KnowWhatWasAskedOfTheirSectionAndNothingElse) {
         EXPECT_EQ(**known, measure_of(spec_of(kind), measured)->value);
     }
     ASSERT_NE(measures.find(spec_of(Kind::le_radius)), nullptr);
-    EXPECT_EQ(**measures.find(spec_of(Kind::le_radius)), nominal->le_radius_mm());
+    EXPECT_FALSE(*measures.find(spec_of(Kind::le_radius))) << "it depends on the form that the part's points support";
     EXPECT_EQ(measures.find(elsewhere), nullptr) << "of another section";
     EXPECT_EQ(measures.find(given), nullptr) << "the part file gives it";
     EXPECT_EQ(measures.find(spec_of(Kind::twist)), nullptr) << "its nominal is 0";

@@ -73,6 +73,51 @@ TEST(PartCharacteristics, LeanIsWhatTheTipIsFromTheRoot) {
     EXPECT_TRUE(holds(reasons.front(), "part: lean_x 0.040 mm")) << reasons.front();
 }
 
+/// A requirement that nobody can judge is not met by silence.
+TEST(PartCharacteristics, WhatCannotBeJudgedIsSaid) {
+    auto part = blade({0.0, 0.0});
+    const auto absent = specs_of("[[characteristic]]\nname = \"area\"\nsections = [1, 3, 7]\ntolerance_mm2 = 1\n");
+    add_part_characteristics(absent, {}, part);
+    ASSERT_EQ(part.characteristics.size(), 1U);
+    EXPECT_EQ(part.characteristics[0].number.decision, Decision::not_evaluable);
+    EXPECT_EQ(part.characteristics[0].number.note, "section 3, 7: there is no such section");
+    EXPECT_EQ(part.verdict(), Decision::undecided);
+
+    const auto asked = specs_of(
+        "[[characteristic]]\nname = \"lean_x\"\ntolerance_mm = 1\n"
+        "[[characteristic]]\nname = \"bow_x\"\ntolerance_mm = 1\n"
+        "[[characteristic]]\nname = \"relative_twist\"\ntolerance_deg = 1\n");
+    part.sections.resize(2);
+    add_part_characteristics(asked, {}, part);
+    EXPECT_EQ(find_in(part, "lean_x")->decision, Decision::accept);
+    ASSERT_NE(find_in(part, "bow_x"), nullptr);
+    EXPECT_EQ(find_in(part, "bow_x")->decision, Decision::not_evaluable);
+    EXPECT_NE(find_in(part, "relative_twist", 1), nullptr);
+    part.sections.resize(1);
+    add_part_characteristics(asked, {}, part);
+    for (const char* name : {"lean_x", "bow_x", "relative_twist"}) {
+        ASSERT_NE(find_in(part, name), nullptr) << name;
+        EXPECT_EQ(find_in(part, name)->decision, Decision::not_evaluable) << name;
+        EXPECT_FALSE(find_in(part, name)->value) << name;
+    }
+    EXPECT_EQ(part.verdict(), Decision::undecided);
+
+    // While a part is not complete nobody asks for what is still to come.
+    part.complete = false;
+    add_part_characteristics(absent, {}, part);
+    EXPECT_TRUE(part.characteristics.empty());
+}
+
+TEST(PartCharacteristics, ALabelIsNotTheNameOfAnother) {
+    const auto labelled = [](const char* label) {
+        return complaint("[[characteristic]]\nname = \"stagger\"\nlabel = \"" + std::string(label) + "\"\n");
+    };
+    EXPECT_TRUE(holds(labelled("chord"), "is the name of another characteristic")) << labelled("chord");
+    EXPECT_TRUE(holds(labelled("profile_le"), "is the name of another characteristic"));
+    EXPECT_EQ(labelled("stagger"), "");
+    EXPECT_EQ(labelled("angle of the blade"), "");
+}
+
 /// What all sections have in common cancels where it is the same in both, and adds up where it is not.
 TEST(PartCharacteristics, WhatSectionsShareIsCountedWithItsSign) {
     const auto asked =
