@@ -20,7 +20,7 @@ constexpr std::size_t fitted_points = 121;
 constexpr double fine_step = 0.02;      // of the edge's scale
 constexpr double farthest_share = 0.2;  // of the perimeter, from the nose
 constexpr double beyond_zone = 0.25;    // of its length, to either side
-constexpr int most_rounds = 20;
+constexpr int most_arc_rounds = 20;
 constexpr double same_arc = 1e-4;
 
 tl::unexpected<core::Error> refuse(const std::string& why) {
@@ -146,7 +146,7 @@ core::Result<double> of_mean_circle(const ClosedCurve& curve, const ZoneSpan& zo
     const double from_mm = way.rolled_to(zone.from_mm), to_mm = way.rolled_to(zone.to_mm);
     const double middle_mm = 0.5 * (from_mm + to_mm);
     double half_mm = 0.5 * mean_circle_share * (to_mm - from_mm);
-    for (int round = 0; round < most_rounds; ++round) {
+    for (int round = 0; round < most_arc_rounds; ++round) {
         const auto circle = circle_through(way.points(middle_mm - half_mm, middle_mm + half_mm));
         if (!circle) return refuse(circle.error().message);
         const double share = arc_rad / circle->arc_angle;
