@@ -228,8 +228,12 @@ class LiftedRuns::Search {
 
     /// What such flanks say; `run` has the rest.
     Finding hear(LiftedRun& run, const Flanks& flanks, double least_gain) {
-        return 2 * flanks.points + run.length <= few_lanes ? hear_in<few_lanes>(run, flanks, least_gain)
-                                                           : hear_in<all_lanes>(run, flanks, least_gain);
+        return need_few_lanes(run, flanks) ? hear_in<few_lanes>(run, flanks, least_gain)
+                                           : hear_in<all_lanes>(run, flanks, least_gain);
+    }
+
+    static bool need_few_lanes(const LiftedRun& run, const Flanks& flanks) {
+        return 2 * flanks.points + run.length <= few_lanes;
     }
 
     template <int Lanes>
@@ -241,7 +245,7 @@ class LiftedRuns::Search {
         if (std::abs(among.lift_mm()) < least_lift * among.sd_mm() || among.gain() <= least_gain)
             return Finding::unclear;
         among.allow_jumps();
-        if (among.gain() <= least_gain || !is_off_without_the_next<Lanes>(run, flanks, among.lift_mm()))
+        if (among.gain() <= least_gain || !is_off_without_the_next(run, flanks, among.lift_mm()))
             return Finding::unclear;
         run.gain = among.gain();
         run.sd_mm = among.sd_mm();
@@ -270,13 +274,18 @@ class LiftedRuns::Search {
     }
 
     /// Between two bad points good ones look like a run that lies off to the other side.
-    template <int Lanes>
     bool is_off_without_the_next(const LiftedRun& run, Flanks flanks, double lift_mm) {
         flanks.points = std::max(shortest_flank, usual_side(run) - 1);
         flanks.most_degree = Flanks::highest_degree;
         flanks.before.next = flanks.after.next = 1;
-        const RunAmongOthers<Lanes> among(chain_, run, flanks, sigma_of(run.first));
-        return among.lift_mm() * std::copysign(1.0, lift_mm) >= same_without * std::abs(lift_mm);
+        const double lift =
+            need_few_lanes(run, flanks) ? lift_in<few_lanes>(run, flanks) : lift_in<all_lanes>(run, flanks);
+        return lift * std::copysign(1.0, lift_mm) >= same_without * std::abs(lift_mm);
+    }
+
+    template <int Lanes>
+    double lift_in(const LiftedRun& run, const Flanks& flanks) {
+        return RunAmongOthers<Lanes>(chain_, run, flanks, sigma_of(run.first)).lift_mm();
     }
 
     ChainState& chain_;
