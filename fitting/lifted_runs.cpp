@@ -14,7 +14,6 @@ namespace {
 constexpr std::ptrdiff_t longest_run = PointRun::longest;
 constexpr std::ptrdiff_t usual_flank = 6, shortest_flank = 4;
 constexpr std::size_t short_flank_degree = 3;
-constexpr std::ptrdiff_t beyond_flanks = 24;    // from a run: points that it was not compared with
 constexpr double least_contrast = 7.0;          // in sigmas: of the four-neighbour test at the run's ends
 constexpr double least_single_contrast = 12.0;  // a point is among the neighbours of those next to it
 constexpr double gain_of_two = 25.0;            // of the criterion: one of some fifty runs beside it is left out
@@ -29,11 +28,17 @@ constexpr int few_lanes = 20, all_lanes = 32;
 static_assert(2 * Flanks::most_points + longest_run <= all_lanes);
 constexpr double gain_of_bad_run = RunAmongOthers<all_lanes>::gain_of_bad_run;
 
+/// Standard deviations of a point at which a run is known not to be bad; at none, as it is made.
+struct Fails {
+    double from_mm = HUGE_VAL, to_mm = 0.0;
+    bool at(double sigma_mm) const { return sigma_mm >= from_mm && sigma_mm <= to_mm; }
+};
+
 struct LiftedRun : PointRun {
     double contrast = 0.0;  ///< at its ends, when it was looked for
     double gain = 0.0, sd_mm = 0.0;
     Values off_mm = Values::Zero();  ///< each of its points
-    double fails_above_mm = 0.0;     ///< not bad as long as a point's standard deviation is at least this
+    Fails fails;                     ///< if it is not bad
 };
 
 }  // namespace
@@ -46,7 +51,7 @@ class LiftedRuns::Search {
           steps_(heard_.size(), 0.0),
           most_(heard_.size(), 0.0),
           contrasts_(heard_.size()),
-          fails_above_mm_(heard_.size()) {}
+          fails_(heard_.size()) {}
 
     /// Those that show most go first, and what they leave is looked at anew.
     bool convict() {
@@ -111,28 +116,27 @@ class LiftedRuns::Search {
                 if (of(contrasts_, first, length) < nearly_as_much * contrast) continue;
                 if (is_known_to_fail(first, length)) continue;
                 const LiftedRun run = look_at({{first, length}, of(contrasts_, first, length)});
-                if (run.gain <= gain_of_bad_run) of(fails_above_mm_, first, length) = run.fails_above_mm;
+                if (run.gain <= gain_of_bad_run) of(fails_, first, length) = run.fails;
                 if (run.gain > surest.gain) surest = run;
             }
         if (surest.length == 0) return false;
         set(surest, PointState::bad);
         bad_.push_back(surest);
         const std::ptrdiff_t last = surest.first + surest.length;
-        take_steps(surest.first - beyond_flanks, last + beyond_flanks);
-        take_contrasts(surest.first - beyond_flanks - longest_run, last + beyond_flanks);
+        take_steps(surest.first - Flanks::farthest, last + Flanks::farthest);
+        take_contrasts(surest.first - Flanks::farthest - longest_run, last + Flanks::farthest);
         forget_near(surest.first, last);
         return true;
     }
 
     /// What was heard of runs that were compared with one of these points.
     void forget_near(std::ptrdiff_t low, std::ptrdiff_t high) {
-        for (std::ptrdiff_t first = low - beyond_flanks - longest_run; first <= high + beyond_flanks; ++first)
-            if (chain_.exists(first)) fails_above_mm_[index(first)].fill(0.0);
+        for (std::ptrdiff_t first = low - Flanks::farthest - longest_run; first <= high + Flanks::farthest; ++first)
+            if (chain_.exists(first)) fails_[index(first)].fill({});
     }
 
     bool is_known_to_fail(std::ptrdiff_t first, std::ptrdiff_t length) {
-        const double fails_above = of(fails_above_mm_, first, length);
-        return fails_above > 0.0 && sigma_of(first) >= fails_above;
+        return of(fails_, first, length).at(sigma_of(first));
     }
 
     double sigma_of(std::ptrdiff_t first) const { return chain_.largest_sigma(first, longest_run); }
@@ -218,6 +222,8 @@ class LiftedRuns::Search {
     LiftedRun look_at(LiftedRun run) {
         const std::ptrdiff_t side = usual_side(run);
         Finding found = hear(run, {side, Flanks::highest_degree}, gain_of_bad_run);
+        // What is not plain may come out otherwise wherever the scatter changes.
+        if (found == Finding::unclear) run.fails = {sigma_of(run.first), sigma_of(run.first)};
         if (found == Finding::unclear)
             found = hear(run, {std::max(shortest_flank, side / 2), short_flank_degree}, gain_of_bad_run);
         if (found != Finding::unclear) return run;
@@ -240,8 +246,11 @@ class LiftedRuns::Search {
     Finding hear_in(LiftedRun& run, const Flanks& flanks, double least_gain) {
         const double sigma = sigma_of(run.first);
         RunAmongOthers<Lanes> among(chain_, run, flanks, sigma);
-        run.fails_above_mm = among.is_plain() ? among.plain_sigma_mm() : sigma;
-        if (among.is_plain()) return Finding::plain;
+        if (among.is_plain()) {
+            // Among others that were heard after these it says nothing of other scatters.
+            if (!run.fails.at(sigma)) run.fails = {among.plain_sigma_mm(), HUGE_VAL};
+            return Finding::plain;
+        }
         if (std::abs(among.lift_mm()) < least_lift * among.sd_mm() || among.gain() <= least_gain)
             return Finding::unclear;
         among.allow_jumps();
@@ -294,8 +303,7 @@ class LiftedRuns::Search {
     std::vector<Candidate> open_;
     std::vector<LiftedRun> bad_;  // the surest first
     ByRun<double> contrasts_;     // as the states and the steps are now
-    /// Of a point, from which on a run is known not to be bad, since nothing changed near it; 0: nothing is known.
-    ByRun<double> fails_above_mm_;
+    ByRun<Fails> fails_;          // since nothing changed near it
 };
 
 LiftedRuns::LiftedRuns(ChainState& chain) : search_(std::make_unique<Search>(chain)) {}

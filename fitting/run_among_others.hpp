@@ -30,6 +30,7 @@ struct LeftOut {
 
 struct Flanks {
     static constexpr std::ptrdiff_t most_points = 12;
+    static constexpr std::ptrdiff_t farthest = 24;  ///< from the run: of the points that may be heard
     static constexpr std::size_t highest_degree = 6;
 
     std::ptrdiff_t points;  ///< a side
@@ -91,8 +92,7 @@ class RunAmongOthers {
     }
 
   private:
-    static constexpr std::ptrdiff_t farthest_flank = 24;  // points passed over to fill a flank
-    static constexpr double fewest_numbers = 3;           // of a polynomial with a lift
+    static constexpr double fewest_numbers = 3;  // of a polynomial with a lift
     static constexpr double least_unexplained = 1e-6;
     using Values = Eigen::Array<double, Lanes, 1>;
     using Terms = OrthogonalPolynomials<Values, Flanks::highest_degree>;
@@ -101,7 +101,7 @@ class RunAmongOthers {
     std::ptrdiff_t collect(ChainState& chain, std::ptrdiff_t from, std::ptrdiff_t step, const LeftOut& left_out,
                            std::array<Vec2, Flanks::most_points>& points) const {
         std::ptrdiff_t count = 0;
-        for (std::ptrdiff_t at = from; std::abs(at - from) < farthest_flank && chain.exists(at); at += step) {
+        for (std::ptrdiff_t at = from; std::abs(at - from) < Flanks::farthest && chain.exists(at); at += step) {
             if (chain.state(at) == PointState::bad || left_out.has(std::abs(at - from))) continue;
             points[static_cast<std::size_t>(count++)] = chain.point(at);
             if (count == side_) return at;

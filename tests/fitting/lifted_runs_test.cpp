@@ -101,6 +101,32 @@ TEST(LiftedRuns, AreHeardAgainWhereSomethingChanged) {
     EXPECT_GE(later, 10U) << "there was something to find";
 }
 
+/// Runs that the scatter hid show when it is smaller, also where no point has changed.
+TEST(LiftedRuns, AreHeardAgainWhenTheScatterIsSmaller) {
+    std::size_t later = 0;
+    for (std::uint64_t seed = 0; seed < 20; ++seed) {
+        core::Rng rng(2000 + seed);
+        const auto points = circle(800, seed, [&](std::size_t i) {
+            if (i < 350) return 2.0 * scan_sigma_mm * rng.normal();
+            return i % 40 < 3 ? 9.0 * scan_sigma_mm : 0.0;
+        });
+        ChainState chain(points, true, 1e-4);
+        chain.test(0, chain.size() - 1);
+        chain.estimate_scatter();
+        LiftedRuns runs(chain);
+        runs.convict();
+        for (std::ptrdiff_t i = 0; i < 350; ++i)
+            if (chain.state(i) != PointState::bad) chain.note(i, PointState::bad, {});
+        chain.estimate_scatter();
+        ChainState other = chain;
+        const bool any = runs.convict();
+        EXPECT_EQ(any, LiftedRuns(other).convict()) << seed;
+        EXPECT_EQ(chain.report().bad, other.report().bad) << seed;
+        later += any;
+    }
+    EXPECT_GE(later, 5U) << "there was something to find";
+}
+
 /// Of 2.4 million points 8 were.
 TEST(LiftedRuns, HardlyAnyInNoise) {
     std::size_t lost = 0;
