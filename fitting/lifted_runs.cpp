@@ -38,7 +38,7 @@ struct LiftedRun : PointRun {
     double contrast = 0.0;  ///< at its ends, when it was looked for
     double gain = 0.0, sd_mm = 0.0;
     Values off_mm = Values::Zero();  ///< each of its points
-    Fails fails;                     ///< if it is not bad
+    Fails fails{};                   ///< if it is not bad
 };
 
 }  // namespace
