@@ -33,7 +33,7 @@ std::vector<double> graded_knots(std::span<const Vec2> anchors, std::span<const 
         const Vec2 out = anchors[i + w < n ? i + w : i + w - n] - anchors[i];
         const double before = in.norm(), behind = out.norm();
         const double turn = turn_between(in / std::max(before, least_length), out / std::max(behind, least_length));
-        const double curvature = std::abs(turn) / (0.5 * (before + behind));
+        const double curvature = std::abs(turn) / std::max(0.5 * (before + behind), least_length);
         spacing[i] = std::min(turn_rad / std::max(curvature, 1e-12), widest_share * period);
         if (!widest.empty()) spacing[i] = std::min(spacing[i], widest[i]);
     }

@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include "fitting/small_system.hpp"
+#include "fitting/over_rows.hpp"
 #include "fitting/statistics.hpp"
 
 namespace cmm::fitting {
@@ -15,70 +15,6 @@ namespace {
 constexpr double joint_share = 0.6;     // of the rows that know a joint
 constexpr double step_range = 3.0;      // of a joint's step over the rows, over the usual one
 constexpr double least_told_mm = 3e-4;  // of a joint's place
-
-struct Known {
-    double value = 0.0, sigma = 1.0;
-};
-struct Smoothed {
-    std::vector<double> value, sigma;  ///< at each z_k
-    double apart = 0.0;                ///< standard deviation of what single ones are off it beyond their own
-};
-
-/// The polynomial of least squares of degree up to 3 through what is known at the z_k, each by its own standard
-/// deviation (as it is to the others'); those farther from it than six times the median of theirs are left out.
-Smoothed smoothed_over(std::span<const double> z, std::span<const std::optional<Known>> known) {
-    const std::size_t n = z.size();
-    std::vector<char> use(n);
-    std::size_t used = 0;
-    for (std::size_t k = 0; k < n; ++k)
-        used += static_cast<std::size_t>(use[k] = static_cast<char>(known[k].has_value()));
-    const int terms = static_cast<int>(std::clamp<std::size_t>(used / 3 + 1, 1, 4));
-    const double middle = 0.5 * (z.front() + z.back()), half = std::max(0.5 * (z.back() - z.front()), 1e-12);
-    const auto powers = [&](double at) {
-        SmallVector p(terms);
-        p[0] = 1.0;
-        for (int k = 1; k < terms; ++k)
-            p[k] = p[k - 1] * (at - middle) / half;
-        return p;
-    };
-    Smoothed out{std::vector<double>(n), std::vector<double>(n)};
-    for (int round = 0; round < 2; ++round) {
-        SmallMatrix normal = SmallMatrix::Zero(terms, terms);
-        SmallVector rhs = SmallVector::Zero(terms);
-        double weights = 0.0, weight_squares = 0.0;
-        for (std::size_t k = 0; k < n; ++k) {
-            if (use[k] == 0) continue;
-            const SmallVector p = powers(z[k]);
-            const double weight = 1.0 / (known[k]->sigma * known[k]->sigma);
-            weights += weight;
-            weight_squares += weight * weight;
-            normal += weight * p * p.transpose();
-            rhs += weight * known[k]->value * p;
-        }
-        const SmallVector solution = solve_small(normal, rhs);
-        const auto sigmas_off = [&](std::size_t k) {
-            return std::abs(known[k]->value - out.value[k]) / known[k]->sigma;
-        };
-        std::vector<double> off;
-        double squares = 0.0;
-        for (std::size_t k = 0; k < n; ++k) {
-            out.value[k] = solution.dot(powers(z[k]));
-            if (use[k] == 0) continue;
-            off.push_back(sigmas_off(k));
-            squares += off.back() * off.back();
-        }
-        const double free = std::max(static_cast<double>(off.size()) - terms, 1.0);
-        out.apart = std::sqrt(std::max(squares - free, 0.0) / (weights - weight_squares / weights));
-        for (std::size_t k = 0; k < n; ++k) {
-            const SmallVector p = powers(z[k]);
-            out.sigma[k] = std::sqrt(squares / free * p.dot(solve_small(normal, p)));
-        }
-        const double far = 6.0 * nth_smallest(off, off.size() / 2);
-        for (std::size_t k = 0; k < n; ++k)
-            if (use[k] != 0 && sigmas_off(k) > far) use[k] = 0;
-    }
-    return out;
-}
 
 /// Steps of the curvature at a joint, smoothed over the rows. A row whose points are off there tells any step.
 std::vector<double> common_steps(std::span<const RowFeatures> rows, RowFeatures::Feature end,

@@ -21,8 +21,13 @@ constexpr double least_told_square = 1e-14;
 constexpr double beside_share = 0.5;  // that a knot's neighbours have in its roughness
 constexpr double freedom = 4.0;       // of Student's distribution, by which a row's jump is of the common scale
 constexpr int scale_updates = 3;
+constexpr double most_jump_squares = 100.0;  // of the common ones: a jump by ten standard deviations
+constexpr double median_of_square = 0.4549;  // of a normal variable of variance 1
 /// The first with known roughness: without, the curve bends half-way to a few bad points.
 constexpr int judged_round = 1;
+/// That what the rows have in common may take a curve from where its own points have it: by chance it does by two
+/// standard deviations of a point, where a few bad points were not found by eight.
+constexpr double most_strayed_sigmas = 10.0, least_strayed_mm = 5e-3;
 constexpr std::size_t rows_that_tell = 6;  // how rough it is at a knot; fewer have their joints alone in common
 
 /// What rows have in common, along u from where they begin: half-way along a side, where there are no joints.
@@ -81,28 +86,45 @@ class CommonShape {
     }
 
   private:
-    /// The scale of Student's distribution that is likeliest by all rows (West 1984): one that has a dent there or a
-    /// bad point, which makes its jump far larger than the others', hardly counts.
-    double common_roughness(std::size_t i) const {
+    /// What each row says of the roughness at a knot and, for less, beside it.
+    struct Told {
+        KnotRoughness of;
+        double share;
+    };
+    void hear_at(std::size_t i) {
         const std::size_t n = knots_.size() - 1, before = (i + n - 1) % n, behind = (i + 1) % n;
-        const double of_before = joint_behind(before) ? 0.0 : beside_share;
-        const double of_behind = joint_behind(i) ? 0.0 : beside_share;
-        double scale = 0.0;
-        for (int update = 0; update <= scale_updates; ++update) {
+        const bool begins = joint_behind(before), ends = joint_behind(i);
+        told_.clear();
+        for (const auto& heard : heard_) {
+            told_.push_back({heard[i], 1.0});
+            if (!begins) told_.push_back({heard[before], beside_share});
+            if (!ends) told_.push_back({heard[behind], beside_share});
+        }
+    }
+
+    /// The scale of Student's distribution that is likeliest by all rows (West 1984): one that has a bad point there,
+    /// which makes its jump far larger than the others', hardly counts, and one that has a dent does not.
+    double common_roughness(std::size_t i) {
+        hear_at(i);
+        double scale = usual_roughness(i);
+        for (int update = 0; update < scale_updates; ++update) {
             KnotRoughness sum{least_told_square, least_known};
-            const auto add = [&](const KnotRoughness& told, double share) {
-                const double weight = update == 0 ? 1.0 : (freedom + told.known) / (freedom + told.square / scale);
-                sum.square += share * weight * told.square;
-                sum.known += share * told.known;
-            };
-            for (const auto& told : heard_) {
-                add(told[i], 1.0);
-                add(told[before], of_before);
-                add(told[behind], of_behind);
+            for (const auto& [of, share] : told_) {
+                if (of.square > most_jump_squares * of.known * scale) continue;
+                sum.square += share * (freedom + of.known) * of.square * scale / (freedom * scale + of.square);
+                sum.known += share * of.known;
             }
             scale = sum.square / sum.known;
         }
         return scale;
+    }
+
+    double usual_roughness(std::size_t i) {
+        single_.clear();
+        for (const auto& heard : heard_)
+            if (heard[i].known > least_known) single_.push_back(heard[i].square / heard[i].known);
+        if (single_.empty()) return least_told_square;
+        return std::max(nth_smallest(single_, single_.size() / 2) / median_of_square, least_told_square);
     }
 
     double s_at(std::size_t row, double u) const {
@@ -148,7 +170,25 @@ class CommonShape {
     std::vector<double> knots_;               // u from there
     std::vector<double> roughness_;
     std::vector<std::vector<KnotRoughness>> heard_;  // of each row, at each knot
+    std::vector<Told> told_;                         // at the knot in question
+    std::vector<double> single_;
 };
+
+/// Whether a settled curve, which begins at `begin_t` of the row's own, is elsewhere than it: at or between its breaks.
+bool strays(const PiecewiseCubic& settled, const SmoothCurve& own, double begin_t) {
+    const double most = std::max(most_strayed_sigmas * own.sigma_mm, least_strayed_mm);
+    std::size_t near = 0;
+    const auto strays_at = [&](std::size_t span, double t) {
+        double own_t = own.curve.wrap(t + begin_t);
+        near = own.curve.span_of(own_t, near);
+        const Jet jet = settled.jet_in(span, t);
+        return std::abs(cross(jet.tangent(), own.curve.jet_in(near, own_t).position - jet.position)) > most;
+    };
+    const std::vector<double>& breaks = settled.breaks();
+    for (std::size_t i = 0; i < settled.spans(); ++i)
+        if (strays_at(i, breaks[i]) || strays_at(i, 0.5 * (breaks[i] + breaks[i + 1]))) return true;
+    return false;
+}
 
 /// A row on its way.
 struct SettlingRow {
@@ -184,9 +224,13 @@ std::vector<SurfaceRow> settle_rows(std::span<const SurfaceRow> rows, int rounds
     }
     std::vector<SurfaceRow> settled;
     settled.reserve(rows.size());
-    for (std::size_t k = 0; k < rows.size(); ++k)
-        settled.push_back(settling[k].known ? rows[k].with(std::move(settling[k].fit).finish(), common.begin_mm(k))
-                                            : rows[k]);
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+        settled.push_back(rows[k]);
+        if (!settling[k].known) continue;
+        SmoothCurve smooth = std::move(settling[k].fit).finish();
+        if (!strays(smooth.curve, rows[k].smooth(), common.begin_t(k)))
+            settled.back() = rows[k].with(std::move(smooth), common.begin_mm(k));
+    }
     return settled;
 }
 

@@ -38,11 +38,6 @@ constexpr double correction_weight = 1e3;
 /// Columns to either side that share a weight, as a share of all.
 constexpr double window_share = 1.0 / 20.0;
 constexpr double least_distance_mm = 1e-3;  // of rows
-constexpr std::size_t rows_to_stray = 6;    // one of so many may lie apart
-constexpr double stray_weight = 1.0;        // of the columns that it lies apart from
-constexpr double stray_sigmas = 8.0, least_stray_mm = 3e-3;
-constexpr double seen_share = 0.5;      // of that, beside a stray
-constexpr double least_freedom = 0.05;  // of a row: 1 less its leverage
 
 tl::unexpected<core::Error> unusable(const std::string& why) {
     return core::fail(ErrorCode::fit_not_evaluable, "surface: " + why);
@@ -60,7 +55,8 @@ class RowsFitter {
         correct();
         if (options_.through_rows) follow_rows();
         find_normals();
-        if (!options_.through_rows) set_aside_strays();
+        if (!options_.through_rows)
+            strays_ = set_aside_strays(smoother_, normals_, breaks_, window_of(columns_.size()), columns_);
         if (!choose_weights()) return unusable("singular across the rows");
         return assemble();
     }
@@ -167,17 +163,16 @@ class RowsFitter {
     /// so that what is left between a row and the columns is across the surface. A row whose places would pass each
     /// other keeps them.
     void correct() {
-        const std::size_t n = columns_.size(), m = rows_.size();
+        const std::size_t m = rows_.size();
         if (!smoother_.set_weight(correction_weight)) return;
+        find_directions();
         std::vector<std::vector<double>> moved = places_;
         for (std::size_t b = 0; b < columns_.fours().size(); ++b) {
             smoother_.solve(columns_.fours()[b], controls_);
             for (std::size_t k = 0; k < m; ++k) {
                 const RowColumns::Four left = left_of(b, k);
                 for_columns_of(b, [&](Eigen::Index lane, std::size_t i) {
-                    const Vec2 along =
-                        (columns_.at(cyclic(i + 1, n), k) - columns_.at(cyclic(i + n - 1, n), k)).normalized();
-                    moved[k][i] -= along.dot(left.row(lane).matrix());
+                    moved[k][i] -= directions_.at(i, k).dot(left.row(lane).matrix());
                 });
             }
         }
@@ -188,85 +183,45 @@ class RowsFitter {
         sample();
     }
 
-    /// For the scatter: from neighbours along and across. Of the unit normal only what lies in the rows' plane, where
-    /// all distances are.
+    /// Along the rows at the columns. On a row with a dent, whose flanks go elsewhere, as on those beside it: of three
+    /// rows each coordinate is the middle one.
+    void find_directions() {
+        const std::size_t n = columns_.size(), m = rows_.size();
+        directions_.reset(n, m);
+        std::vector<Vec2> own(m);
+        const auto middle = [](double a, double b, double c) {
+            return std::max(std::min(a, b), std::min(std::max(a, b), c));
+        };
+        for (std::size_t i = 0; i < n; ++i) {
+            for (std::size_t k = 0; k < m; ++k)
+                own[k] = (columns_.at(cyclic(i + 1, n), k) - columns_.at(cyclic(i + n - 1, n), k)).normalized();
+            for (std::size_t k = 0; k < m; ++k) {
+                if (m < 3) {
+                    directions_.set(i, k, own[k]);
+                    continue;
+                }
+                const std::size_t j = std::clamp<std::size_t>(k, 1, m - 2);
+                const Vec2 &below = own[j - 1], &at = own[j], &above = own[j + 1];
+                directions_.set(i, k, {middle(below.x(), at.x(), above.x()), middle(below.y(), at.y(), above.y())});
+            }
+        }
+    }
+
+    /// For the scatter: from the directions along and the neighbours across. Of the unit normal only what lies in the
+    /// rows' plane, where all distances are.
     void find_normals() {
         const std::size_t n = columns_.size(), m = rows_.size();
         normals_.reset(n, m);
+        find_directions();
         for (std::size_t i = 0; i < n; ++i)
             for (std::size_t k = 0; k < m; ++k) {
-                const Vec2 along = columns_.at(cyclic(i + 1, n), k) - columns_.at(cyclic(i + n - 1, n), k);
+                const Vec2 along = directions_.at(i, k);
                 const std::size_t above = std::min(k + 1, m - 1), below = k > 0 ? k - 1 : 0;
                 const Vec2 across = columns_.at(i, above) - columns_.at(i, below);
                 const double rise = rows_[above].z_mm() - rows_[below].z_mm();
                 const Vec3 normal = Vec3(along.y() * rise, -along.x() * rise, cross(along, across)).normalized();
                 normals_.set(i, k, normal.head<2>());
             }
-    }
-
-    /// Where one row lies apart from what all others say (a run of bad points that nothing in its section betrays), the
-    /// others do not follow it: its place in the column is taken by what they foretell, worst first. The lowest and the
-    /// highest row, which have neighbours on one side only, stand.
-    void set_aside_strays() {
-        const std::size_t n = columns_.size(), m = rows_.size();
-        if (m < rows_to_stray || !smoother_.set_weight(stray_weight)) return;
-        std::vector<std::vector<double>> off(n, std::vector<double>(m));  // of each row, over its standard deviation
-        const auto measure = [&](std::size_t b) {
-            smoother_.solve(columns_.fours()[b], controls_);
-            for (std::size_t k = 0; k < m; ++k) {
-                const Eigen::Array4d offs =
-                    off_of(b, k) / std::sqrt(std::max(1.0 - smoother_.leverage(k), least_freedom));
-                for_columns_of(b, [&](Eigen::Index lane, std::size_t i) { off[i][k] = offs[lane]; });
-            }
-        };
-        for (std::size_t b = 0; b < columns_.fours().size(); ++b)
-            measure(b);
-        std::vector<double> median(n), scale(n), near;
-        for (std::size_t i = 0; i < n; ++i) {
-            near.clear();
-            for (const double o : off[i])
-                near.push_back(std::abs(o));
-            median[i] = nth_smallest(near, m / 2);
-        }
-        const auto window = window_of(n);
-        for (std::size_t i = 0; i < n; ++i) {
-            near.clear();
-            for (std::size_t j = 0; j <= 2 * window; ++j)
-                near.push_back(median[cyclic(cyclic(i + n - window, n) + j, n)]);
-            scale[i] = nth_smallest(near, window) / 0.6745;
-        }
-        std::vector<std::size_t> strays(n, 0);  // of each column
-        const auto most = [&](std::size_t i) { return std::max(stray_sigmas * scale[i], least_stray_mm); };
-        const auto set_aside = [&](std::size_t i, std::size_t k) {
-            const Vec2 place = columns_.at(i, k), normal = normals_.at(i, k);
-            const double reach = std::max((columns_.at((i + 1) % n, k) - place).norm(),
-                                          (columns_.at((i + n - 1) % n, k) - place).norm());
-            strays_.push_back({k, breaks_[i], reach, most(i)});
-            const double freedom = std::max(1.0 - smoother_.leverage(k), least_freedom);
-            columns_.set(i, k, place - off[i][k] / std::sqrt(freedom) / normal.squaredNorm() * normal);
-            ++strays[i];
-            measure(i / 4);
-        };
-        std::vector<std::pair<std::size_t, std::size_t>> found;
-        for (std::size_t i = 0; i < n; ++i)
-            while (strays[i] < m / rows_to_stray) {
-                const auto less = [](double a, double b) { return std::abs(a) < std::abs(b); };
-                const auto inner = std::max_element(off[i].begin() + 1, off[i].end() - 1, less);
-                if (std::abs(*inner) < most(i)) break;
-                found.emplace_back(i, static_cast<std::size_t>(inner - off[i].begin()));
-                set_aside(i, found.back().second);
-            }
-        // It goes on into the columns beside, down to where it is hardly seen.
-        while (!found.empty()) {
-            const auto [i, k] = found.back();
-            found.pop_back();
-            for (const std::size_t beside : {(i + 1) % n, (i + n - 1) % n}) {
-                if (strays[beside] == m / rows_to_stray || std::abs(off[beside][k]) < seen_share * most(beside))
-                    continue;
-                set_aside(beside, k);
-                found.emplace_back(beside, k);
-            }
-        }
     }
 
     /// Columns to either side that are looked at together.
@@ -360,7 +315,7 @@ class RowsFitter {
     std::vector<double> breaks_;
     std::vector<KnotCluster> joints_;
     std::vector<std::vector<double>> places_;  // arc lengths, by row, then by break
-    RowColumns columns_, normals_;
+    RowColumns columns_, directions_, normals_;
     std::vector<std::size_t> chosen_;
     std::vector<double> freedom_;
     std::vector<Stray> strays_;

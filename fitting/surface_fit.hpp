@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "fitting/stray_rows.hpp"
 #include "fitting/surface.hpp"
 #include "fitting/surface_rows.hpp"
 
@@ -19,13 +20,6 @@ struct SurfaceFitOptions {
     /// Through all rows, instead of smoothed across them without those that lie apart: for rows that are results
     /// themselves, whose differences are the part's.
     bool through_rows = false;
-};
-
-/// Where a row lies apart from what all others foretell of it.
-struct Stray {
-    std::size_t row = 0;
-    double u = 0.0, reach_mm = 0.0;  ///< a place of the surface, and how far away the next one is
-    double most_mm = 0.0;            ///< farther off the others are not, by their scatter
 };
 
 /// What a surface has of its rows' own errors, by span of u (docs/theory.md, section 12).
