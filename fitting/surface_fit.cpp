@@ -184,7 +184,7 @@ class RowsFitter {
     }
 
     /// Along the rows at the columns. On a row with a dent, whose flanks go elsewhere, as on those beside it: of three
-    /// rows each coordinate is the middle one.
+    /// rows each coordinate is the middle one (unless the differences of rows are the part's).
     void find_directions() {
         const std::size_t n = columns_.size(), m = rows_.size();
         directions_.reset(n, m);
@@ -196,7 +196,7 @@ class RowsFitter {
             for (std::size_t k = 0; k < m; ++k)
                 own[k] = (columns_.at(cyclic(i + 1, n), k) - columns_.at(cyclic(i + n - 1, n), k)).normalized();
             for (std::size_t k = 0; k < m; ++k) {
-                if (m < 3) {
+                if (m < 3 || options_.through_rows) {
                     directions_.set(i, k, own[k]);
                     continue;
                 }

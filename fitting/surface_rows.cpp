@@ -2,16 +2,22 @@
 #include "fitting/surface_rows.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
+#include "fitting/closest_point.hpp"
 #include "fitting/edges.hpp"
 #include "fitting/offset.hpp"
+#include "fitting/over_rows.hpp"
+#include "fitting/statistics.hpp"
 
 namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t searched_row_points = 400;
+constexpr std::size_t rows_that_tell_noses = 6;
+constexpr double far_nose_medians = 6.0, far_nose_mm = 0.05;  // of a nose from where the others have it
 
 }  // namespace
 
@@ -82,10 +88,41 @@ Vec2 SurfaceRow::at(double s_mm) const {
     return smooth_.curve.jet_in(place.span, place.t).position;
 }
 
+namespace {
+
+/// Where the others have the nose of a row whose own lies elsewhere, as that of a row with a dent beside it does.
+void take_noses_of_others(std::span<const SurfaceRow> rows, RowFeatures::Feature nose,
+                          std::vector<RowFeatures>& features) {
+    if (rows.size() < rows_that_tell_noses) return;
+    std::vector<double> z;
+    std::array<std::vector<std::optional<Known>>, 2> place;
+    for (const SurfaceRow& row : rows) {
+        z.push_back(row.z_mm());
+        const Vec2 p = row.at(row.features().s_mm[nose]);
+        place[0].push_back(Known{p.x()});
+        place[1].push_back(Known{p.y()});
+    }
+    const auto x = smoothed_over(z, place[0]).value, y = smoothed_over(z, place[1]).value;
+    std::vector<double> off;
+    for (std::size_t k = 0; k < rows.size(); ++k)
+        off.push_back(std::hypot(place[0][k]->value - x[k], place[1][k]->value - y[k]));
+    std::vector<double> sorted = off;
+    const double far = far_nose_medians * nth_smallest(sorted, sorted.size() / 2) + far_nose_mm;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+        if (off[k] <= far) continue;
+        const ClosestPointIndex index(rows[k].smooth().curve);
+        features[k].s_mm[nose] = rows[k].arc_length(index.closest({x[k], y[k]}).t);
+    }
+}
+
+}  // namespace
+
 std::vector<RowFeatures> features_of(std::span<const SurfaceRow> rows) {
     std::vector<RowFeatures> features;
     for (const SurfaceRow& row : rows)
         features.push_back(row.features());
+    for (const auto nose : {RowFeatures::le_nose, RowFeatures::te_nose})
+        take_noses_of_others(rows, nose, features);
     return features;
 }
 

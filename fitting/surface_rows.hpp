@@ -44,6 +44,7 @@ class SurfaceRow {
     Vec2 le_, te_;
 };
 
+/// The noses of a row that lie elsewhere than those of the others (beside a dent) are where the others have them.
 std::vector<RowFeatures> features_of(std::span<const SurfaceRow> rows);
 
 }  // namespace cmm::fitting
