@@ -183,8 +183,9 @@ class RowsFitter {
         sample();
     }
 
-    /// Along the rows at the columns. On a row with a dent, whose flanks go elsewhere, as on those beside it: of three
-    /// rows each coordinate is the middle one (unless the differences of rows are the part's).
+    /// Along the rows at the columns. On a row with a dent, whose flanks go elsewhere, as on those beside it: of its
+    /// own and what two others have, or foretell at an end, each coordinate is the middle one (unless the differences
+    /// of rows are the part's).
     void find_directions() {
         const std::size_t n = columns_.size(), m = rows_.size();
         directions_.reset(n, m);
@@ -195,15 +196,17 @@ class RowsFitter {
         for (std::size_t i = 0; i < n; ++i) {
             for (std::size_t k = 0; k < m; ++k)
                 own[k] = (columns_.at(cyclic(i + 1, n), k) - columns_.at(cyclic(i + n - 1, n), k)).normalized();
-            for (std::size_t k = 0; k < m; ++k) {
-                if (m < 3 || options_.through_rows) {
-                    directions_.set(i, k, own[k]);
-                    continue;
-                }
-                const std::size_t j = std::clamp<std::size_t>(k, 1, m - 2);
-                const Vec2 &below = own[j - 1], &at = own[j], &above = own[j + 1];
-                directions_.set(i, k, {middle(below.x(), at.x(), above.x()), middle(below.y(), at.y(), above.y())});
-            }
+            for (std::size_t k = 0; k < m; ++k)
+                directions_.set(i, k, own[k]);
+            if (m < 3 || options_.through_rows) continue;
+            const auto set_middle = [&](std::size_t k, const Vec2& one, const Vec2& other) {
+                const Vec2& at = own[k];
+                directions_.set(i, k, {middle(one.x(), at.x(), other.x()), middle(one.y(), at.y(), other.y())});
+            };
+            for (std::size_t k = 1; k + 1 < m; ++k)
+                set_middle(k, own[k - 1], own[k + 1]);
+            set_middle(0, own[1], 2.0 * own[1] - own[2]);
+            set_middle(m - 1, own[m - 2], 2.0 * own[m - 2] - own[m - 3]);
         }
     }
 

@@ -36,8 +36,9 @@ void expect_same_contours(const std::string& expected_dir, const std::string& di
         ASSERT_EQ(found.size(), expected.size()) << dir << name;
         int moved = 0;
         for (std::size_t k = 0; k < found.size(); ++k) {
-            const Eigen::Vector2d off = found[k].position_mm - expected[k].position_mm;
-            const Eigen::Vector2d step = expected[(k + 1) % expected.size()].position_mm - expected[k].position_mm;
+            const Eigen::Vector2d off = (found[k].position_mm - expected[k].position_mm).head<2>();
+            const Eigen::Vector2d step =
+                (expected[(k + 1) % expected.size()].position_mm - expected[k].position_mm).head<2>();
             const Eigen::Vector2d along = step.normalized();
             moved += off.norm() < tolerance_mm ? 0 : 1;
             ASSERT_LT(std::abs(along.x() * off.y() - along.y() * off.x()), tolerance_mm) << dir << name << " row " << k;
