@@ -141,12 +141,12 @@ class CommonShape {
 
     void place_knots() {
         const double period = alignment_.period();
-        const std::size_t middle = rows_.size() / 2;
+        const std::size_t usual = usual_row(rows_);
         std::vector<double> u(common_anchors);
         std::vector<Vec2> anchors(common_anchors);
         for (std::size_t i = 0; i < common_anchors; ++i) {
             u[i] = period * static_cast<double>(i) / static_cast<double>(common_anchors);
-            anchors[i] = rows_[middle].at(s_at(middle, u[i]));
+            anchors[i] = rows_[usual].at(s_at(usual, u[i]));
         }
         std::vector<double> sigma;
         for (const SurfaceRow& row : rows_)

@@ -72,11 +72,12 @@ class RowsFitter {
 
     void place_knots() {
         const double period = alignment_.period();
+        const std::size_t usual = usual_row(rows_);
         std::vector<double> u(anchor_count);
         std::vector<Vec2> anchors(anchor_count);
         for (std::size_t i = 0; i < anchor_count; ++i) {
             u[i] = period * static_cast<double>(i) / static_cast<double>(anchor_count);
-            anchors[i] = on_row(rows_.size() / 2, u[i]);
+            anchors[i] = on_row(usual, u[i]);
         }
         const std::vector<double> longest(anchor_count, longest_span_share * period);
         const auto plain = graded_knots(anchors, u, period, options_.span_turn_rad, most_u_spans, longest);

@@ -47,7 +47,7 @@ struct SurfaceFit {
 core::Status check_rows(std::span<const SurfaceRow> rows);
 
 /// The surface through rows of different counts and spacing (seed 001, B1-B14, layered): the rows' smooth curves are
-/// aligned by LE and TE, sampled at common places that follow the turning of the middle row (B4-B10), smoothed across
+/// aligned by LE and TE, sampled at common places that follow the turning of a usual row (B4-B10), smoothed across
 /// the rows column by column with a strength that generalised cross-validation takes from the scatter along the normal
 /// (or `through_rows`), and interpolated along u. Rows ascend in z; S_z(u, v) = v. Errors: those of check_rows,
 /// fit_not_evaluable (fewer than 2 rows).

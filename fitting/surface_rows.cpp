@@ -117,6 +117,14 @@ void take_noses_of_others(std::span<const SurfaceRow> rows, RowFeatures::Feature
 
 }  // namespace
 
+std::size_t usual_row(std::span<const SurfaceRow> rows) {
+    std::array<std::size_t, 3> candidates{rows.size() / 4, rows.size() / 2, 3 * rows.size() / 4};
+    std::nth_element(candidates.begin(), candidates.begin() + 1, candidates.end(), [&](std::size_t a, std::size_t b) {
+        return rows[a].smooth().curve.spans() < rows[b].smooth().curve.spans();
+    });
+    return candidates[1];
+}
+
 std::vector<RowFeatures> features_of(std::span<const SurfaceRow> rows) {
     std::vector<RowFeatures> features;
     for (const SurfaceRow& row : rows)

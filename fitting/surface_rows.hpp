@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <span>
 #include <vector>
@@ -46,5 +47,9 @@ class SurfaceRow {
 
 /// The noses of a row that lie elsewhere than those of the others (beside a dent) are where the others have them.
 std::vector<RowFeatures> features_of(std::span<const SurfaceRow> rows);
+
+/// Of the rows at a quarter, half and three quarters of the height that whose curve has neither the most nor the fewest
+/// spans: one of them may have a dent, which asks for more. At least one row.
+std::size_t usual_row(std::span<const SurfaceRow> rows);
 
 }  // namespace cmm::fitting

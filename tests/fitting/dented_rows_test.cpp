@@ -61,11 +61,12 @@ INSTANTIATE_TEST_SUITE_P(
     testing::Values(Dent{Family::compressor, 2, 1.0, middle}, Dent{Family::compressor, 1, 2.0, middle},
                     Dent{Family::compressor, 2, 3.0, middle}, Dent{Family::compressor, 1, 4.0, middle},
                     Dent{Family::compressor, 4, 3.0, middle}, Dent{Family::compressor, 7, 4.0, middle},
-                    Dent{Family::turbine, 1, 2.0, middle}, Dent{Family::turbine, 2, 4.0, middle},
-                    Dent{Family::fan, 1, 3.0, middle}, Dent{Family::fan, 2, 1.0, middle},
-                    Dent{Family::compressor, 2, 2.0, first}, Dent{Family::compressor, 3, 1.0, last},
-                    Dent{Family::turbine, 1, 3.0, last}, Dent{Family::fan, 1, 4.0, first},
-                    Dent{Family::compressor, 2, 1.0, middle, 0.2, 0.02}, Dent{Family::turbine, 2, 2.0, 8, 0.2, 0.03}));
+                    Dent{Family::compressor, 6, 4.0, middle}, Dent{Family::turbine, 1, 2.0, middle},
+                    Dent{Family::turbine, 2, 4.0, middle}, Dent{Family::fan, 1, 3.0, middle},
+                    Dent{Family::fan, 2, 1.0, middle}, Dent{Family::compressor, 2, 2.0, first},
+                    Dent{Family::compressor, 3, 1.0, last}, Dent{Family::turbine, 1, 3.0, last},
+                    Dent{Family::fan, 1, 4.0, first}, Dent{Family::compressor, 2, 1.0, middle, 0.2, 0.02},
+                    Dent{Family::turbine, 2, 2.0, 8, 0.2, 0.03}));
 
 }  // namespace
 }  // namespace cmm::fitting
