@@ -93,24 +93,29 @@ Chain make_chain(std::span<const Vec2> points, const std::vector<std::size_t>& u
     return chain;
 }
 
-/// Arc length at which the chain passes good[start] again in the same direction, or a negative number.
-double passes_again(const Chain& chain, std::size_t start) {
-    const Vec2 origin = chain.good[start];
+/// Arc length at which the chain is back at its first point, as good[start] tells that it passes again in the same
+/// direction; a negative number where it does not. Bad points beside the start turn its direction: the place is the
+/// foot on the way back.
+double is_back(const Chain& chain, std::size_t start) {
+    const Vec2 place = chain.good[start];
     const double step = chain.step_near(start, 6);
     std::size_t ahead = start + 1;
     while (ahead + 1 < chain.good.size() && chain.s[ahead] - chain.s[start] < 2.0 * step)
         ++ahead;
-    const Vec2 direction = (chain.good[ahead] - origin).normalized();
+    const Vec2 direction = (chain.good[ahead] - place).normalized();
     const double lateral = std::max(0.05, 2.0 * step);
+    bool was_before = false;
     for (std::size_t j = start; j + 1 < chain.good.size(); ++j) {
         if (chain.s[j] - chain.s[start] < chain.diagonal) continue;
-        const Vec2 before = chain.good[j] - origin, after = chain.good[j + 1] - origin;
-        const double x0 = before.dot(direction), x1 = after.dot(direction);
-        if (x0 > 0.0 || x1 <= 0.0) continue;
-        const double share = -x0 / (x1 - x0);
-        if (std::abs(cross(direction, before + share * (after - before))) > lateral) continue;
-        if ((after - before).normalized().dot(direction) < 0.5) continue;
-        return chain.s[j] + share * (chain.s[j + 1] - chain.s[j]) - chain.s[start];
+        const double length = chain.s[j + 1] - chain.s[j];
+        const Vec2 along = (chain.good[j + 1] - chain.good[j]) / length;
+        const double foot = (place - chain.good[j]).dot(along);
+        const bool passes = foot < length && (foot >= 0.0 || was_before);
+        was_before = foot >= length;
+        if (!passes || along.dot(direction) <= 0.0) continue;
+        const double walked = std::max(foot, 0.0);
+        if ((chain.good[j] + walked * along - place).norm() > lateral) continue;
+        return chain.s[j] + walked - (place - chain.good.front()).dot(along);
     }
     return -1.0;
 }
@@ -246,7 +251,7 @@ core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std:
     const Chain chain = make_chain(points, usable, options.reject_floor_mm);
     double lap_length = -1.0;
     for (std::size_t start = 0; start < start_tries && lap_length < 0.0; ++start)
-        lap_length = passes_again(chain, start);
+        lap_length = is_back(chain, start);
 
     Lap lap;
     if (lap_length > 0.0) {

@@ -128,6 +128,41 @@ TEST(Ordering, SetsTheOverlapAside) {
     }
 }
 
+/// Wherever bad points lie beside the start of a scan or beside its return there: the good points of the first lap stay
+/// in it, and those of the second do not come to it. The last and the first of them lie on one spot.
+TEST(Ordering, BadPointsBesideTheStartDoNotMoveTheReturn) {
+    constexpr std::size_t lap_points = 600, first_places = 8, before = 4;
+    for (const auto family : families::all_families) {
+        for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+            const auto blade = families::make(family, seed);
+            families::ScanOptions scanning;
+            scanning.bad_share = 0.0;
+            scanning.overlap = 0.02;
+            scanning.clockwise = seed % 2 == 0;
+            scanning.seed = seed;
+            const auto scan = families::scan(blade, scanning);
+            for (const std::size_t first : {std::size_t{0}, lap_points - before})
+                for (std::size_t place = first; place < first + first_places; ++place)
+                    for (std::size_t run = 1; run <= 3; ++run)
+                        for (const double off_mm : {-0.3, -0.1, 0.03, 0.3}) {
+                            auto points = scan.points;
+                            for (std::size_t i = place; i < place + run; ++i)
+                                points[i] += off_mm * blade.at(scan.t[i]).normal();
+                            const auto lap = lap_of(points);
+                            ASSERT_TRUE(lap) << lap.error().message;
+                            const auto is_bad = [&](std::size_t i) { return i >= place && i < place + run; };
+                            const std::string where = families::to_string(family) + " " + std::to_string(seed) +
+                                                      ", bad: " + std::to_string(run) + " from " +
+                                                      std::to_string(place) + " by " + std::to_string(off_mm);
+                            for (const std::size_t i : lap->index)
+                                EXPECT_TRUE(i <= lap_points || is_bad(i)) << i << " in the lap, " << where;
+                            for (const std::size_t i : lap->again)
+                                EXPECT_TRUE(i + 1 >= lap_points || is_bad(i)) << i << " again, " << where;
+                        }
+        }
+    }
+}
+
 TEST(Ordering, TheEndsOfAScanMayBeApart) {
     truth::ScanOptions options;
     options.overlap_mm = -8.0;
