@@ -136,7 +136,9 @@ class CentreFitter {
     core::Status fit_rounds(const BadPoints& found, int cuts) {
         for (int round = 0; round < most_rounds; ++round) {
             collect_good_points();
-            const auto gaps = find_gaps(good_, options_);
+            auto gaps = find_gaps(good_, options_);
+            for (Gap& gap : gaps)
+                gap.bad = cyclic(fitted_[gap.behind] + points_.size() - fitted_[gap.before], points_.size()) - 1;
             auto bridges = bridges_over(good_, gaps, options_);
             if (!bridges) return tl::unexpected(std::move(bridges.error()));
             fit_.missing = std::move(bridges->missing);

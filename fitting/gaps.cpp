@@ -107,8 +107,9 @@ bool is_edge(std::span<const Vec2> points, const Gap& gap, const Way& way, const
 
 std::string unmeasured(std::span<const Vec2> points, const Gap& gap) {
     const auto at = [](const Vec2& p) { return "(" + core::fixed(p.x(), 3) + ", " + core::fixed(p.y(), 3) + ")"; };
-    return "nothing was measured between " + at(points[gap.before]) + " and " + at(points[gap.behind]) + " mm, " +
-           core::fixed(100.0 * gap.share, 0) + " % of the way round, where it turns by " +
+    const std::string but_bad = gap.bad > 0 ? " but bad points (" + std::to_string(gap.bad) + ")" : "";
+    return "nothing was measured between " + at(points[gap.before]) + " and " + at(points[gap.behind]) + " mm" +
+           but_bad + ", " + core::fixed(100.0 * gap.share, 0) + " % of the way round, where it turns by " +
            core::fixed(gap.turn_rad * 180.0 / std::numbers::pi, 0) + " degrees";
 }
 
@@ -139,7 +140,7 @@ std::vector<Gap> find_gaps(std::span<const Vec2> points, const SectionOptions& o
         if (!far && !may_skip_edge(steps[k], options.ball_radius_mm)) continue;
         const Way way(points, k, cyclic(k + 1, n));
         if (!far && !skips_edge(way)) continue;
-        gaps.push_back({k, cyclic(k + 1, n), steps[k] / whole_mm, way.turn_rad()});
+        gaps.push_back({k, cyclic(k + 1, n), steps[k] / whole_mm, way.turn_rad(), 0});
     }
     return gaps;
 }

@@ -18,6 +18,7 @@ struct Gap {
     std::size_t before = 0, behind = 0;
     double share = 0.0;     ///< of the way round, in a straight line
     double turn_rad = 0.0;  ///< from before it to its chord and on to behind it
+    std::size_t bad = 0;    ///< points that were measured there and set aside
 
     /// Not over an edge, nor over much of the way round: what is beyond goes on from what is before.
     bool on_side() const;

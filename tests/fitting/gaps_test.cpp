@@ -148,6 +148,28 @@ TEST(Gaps, WithoutNominalAndHintsAMissingEdgeLeavesTheSectionOpen) {
         }
 }
 
+/// Where a few points are all there is of an edge and some of those are bad, the edge is as good as not measured; who
+/// looks for the points finds them in the report.
+TEST(Gaps, BadPointsOfAnEdgeThatHasNoOthersAreCounted) {
+    for (const auto family : families::all_families) {
+        SCOPED_TRACE(families::to_string(family));
+        int place = 0;
+        PartialScan partial(
+            family, [place](double t) mutable { return t > 2.0 && t < 3.0 && ++place % 9 != 0; }, 0.0);
+        partial.options.le_hint.reset();
+        partial.options.te_hint.reset();
+        std::size_t bad = 0;
+        for (Vec2& point : partial.points) {
+            const double t = partial.blade.closest(point).t;
+            if (std::abs(t - 2.5) > 0.2) continue;
+            point += (++bad % 2 == 0 ? 0.1 : 0.4) * partial.blade.at(t).normal();
+        }
+        const auto fit = fit_section(partial.points, {}, partial.options);
+        ASSERT_FALSE(fit);
+        EXPECT_NE(fit.error().message.find(" mm but bad points ("), std::string::npos) << fit.error().message;
+    }
+}
+
 /// With a nominal, or hints that say which edge it is, the rest is as good as ever, and nothing is said of the edge.
 TEST(Gaps, AnEdgeMayBeMissing) {
     for (const auto family : families::all_families)
