@@ -51,9 +51,8 @@ std::string model_note(const fitting::EdgeFit& edge) {
     return note;
 }
 
-/// `error`: that of the 2-D offset at the nose.
 Characteristic edge_radius(const char* name, const fitting::SectionFit& fit, Zone zone,
-                           std::optional<fitting::EdgeModel> asked, double error) {
+                           std::optional<fitting::EdgeModel> asked) {
     const fitting::EdgeFit& edge = zone == Zone::le ? fit.le : fit.te;
     if (!edge.valid)
         return not_evaluable(name, radius_method_of(edge.model), {}, edge.why.empty() ? "no circular edge" : edge.why);
@@ -63,9 +62,7 @@ Characteristic edge_radius(const char* name, const fitting::SectionFit& fit, Zon
         return not_evaluable(name, method, {},
                              "the points do not tell the form that was asked for; they give " +
                                  core::fixed(edge.radius_mm, 4) + " mm by another");
-    auto uncertainty = fitting::radius_uncertainty(fit, zone);
-    uncertainty.budget.bound += error;
-    uncertainty.u95 += error;
+    const auto uncertainty = fitting::radius_uncertainty(fit, zone);
     auto c = reported(name, method, edge.radius_mm, uncertainty.u95,
                       "arc of " + core::fixed(core::deg_from_rad(edge.arc_angle_rad), 0) + " deg, rms " +
                           core::length_text(edge.rms_mm) + model_note(edge));
@@ -134,10 +131,8 @@ Characteristic size_of(const char* name, const fitting::Measure& measure, const 
 void add_sizes(SectionResult& section, fitting::MeasuredSection& measured, const EvaluationOptions& options) {
     const auto& fit = *section.fit;
     auto& out = section.characteristics;
-    out.push_back(edge_radius("le_radius", fit, Zone::le, options.le_model,
-                              nearest_to(fit.contour, fit.le_point_mm).offset_error_mm));
-    out.push_back(edge_radius("te_radius", fit, Zone::te, options.te_model,
-                              nearest_to(fit.contour, fit.te_point_mm).offset_error_mm));
+    out.push_back(edge_radius("le_radius", fit, Zone::le, options.le_model));
+    out.push_back(edge_radius("te_radius", fit, Zone::te, options.te_model));
     const auto chord = fitting::measure_chord(measured, fitting::ChordMethod::nose_tail);
     out.push_back(chord ? size_of("chord", *chord, measured) : plain_chord(fit, chord.error().message));
     const auto thickness = fitting::measure_max_thickness(measured);

@@ -105,6 +105,8 @@ NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const 
         weighed += std::abs(weight);
         if (!p.measured) in_gaps += std::abs(weight);
     }
+    for (const auto& [point, weight] : beside.slopes.parts())
+        offset += weight * contour[point].offset_error_mm;
     NumberUncertainty out;
     const double noise = coverage_ * std::sqrt(variance(contour, number) + beside.variance + plane_.variance(number));
     out.in_gaps = weighed > 0.0 ? in_gaps / weighed : 0.0;

@@ -47,7 +47,8 @@ NumberUncertainty radius_uncertainty(const SectionFit& fit, Zone zone) {
     const double variance = std::pow(edge.radius_u95_mm / coverage, 2) + by_plane;
     NumberUncertainty out = fit.contour_noise.of(fit.contour, {}, {variance, slopes});
     if (!fit.contour_noise.has_fields()) {
-        out.u95 = std::hypot(edge.radius_u95_mm, coverage * std::sqrt(by_plane));  // or to the last bit as it was
+        // or to the last bit as it was
+        out.u95 = std::hypot(edge.radius_u95_mm, coverage * std::sqrt(by_plane)) + out.budget.bound;
         return out;
     }
     const double bound = difference_to_arc(fit, edge);
