@@ -115,7 +115,10 @@ void read_tolerance(const ConfigTable& table, CharacteristicSpec& spec) {
 void read_method(const ConfigTable& table, CharacteristicSpec& spec) {
     const std::string method = table.text("method", "");
     if (method.empty()) return;
-    const auto unknown = [&](const char* known) { table.complain("method", "\"" + method + "\" is none of " + known); };
+    const auto unknown = [&](const char* known) {
+        table.complain("method", "\"" + method + "\" is none of " + known);
+        table.ignore_rest();
+    };
     switch (spec.kind) {
         case Kind::chord:
             if (const auto found = fitting::chord_method_from(method))
@@ -216,6 +219,19 @@ void read_places(const ConfigTable& table, CharacteristicSpec& spec) {
     if (belac) spec.direction_rad = core::rad_from_deg(table.required_number("direction_deg", {-360.0, 360.0}));
 }
 
+void complain_of_name(const ConfigTable& table, const std::string& name) {
+    std::array<std::string_view, rows.size()> names;
+    std::string list;
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        names[i] = rows[i].name;
+        list += (i == 0 ? "" : ", ") + std::string(names[i]);
+    }
+    const auto near = core::nearest_word(name, names);
+    table.complain(
+        "name", "\"" + name + "\" is none of " + list + (near ? "; did you mean \"" + *near + "\"?" : std::string()));
+    table.ignore_rest();
+}
+
 bool is_name_of_another(std::string_view label, CharacteristicKind kind) {
     const auto named = characteristic_kind_from(label);
     return (named && named != kind) || std::any_of(profile_zones.begin(), profile_zones.end(),
@@ -313,10 +329,7 @@ std::vector<CharacteristicSpec> read_characteristics(const std::vector<core::Con
         const std::string name = table.required_text("name");
         const auto kind = characteristic_kind_from(name);
         if (!kind) {
-            std::string known;
-            for (const Row& row : rows)
-                known += (known.empty() ? "" : ", ") + std::string(row.name);
-            if (table.has("name")) table.complain("name", "\"" + name + "\" is none of " + known);
+            if (table.has("name")) complain_of_name(table, name);
             continue;
         }
         spec.kind = *kind;

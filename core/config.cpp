@@ -251,6 +251,12 @@ void ConfigTable::ignore(std::string_view key) const {
     document_->known.insert(dotted(path_, key) + ".*");
 }
 
+void ConfigTable::ignore_rest() const {
+    if (node_ == nullptr) return;
+    for (const auto& [key, node] : *as_table(node_))
+        ignore(key.str());
+}
+
 void ConfigTable::complain(std::string_view key, std::string_view what) const {
     if (document_->first_error) return;
     document_->first_error = Error{ErrorCode::config_invalid,
@@ -284,11 +290,20 @@ std::string ConfigTable::resolve(const std::string& name) const {
 
 namespace {
 
+std::vector<std::pair<const toml::key*, const toml::node*>> in_order_of_the_file(const toml::table& table) {
+    std::vector<std::pair<const toml::key*, const toml::node*>> entries;
+    for (const auto& [key, node] : table)
+        entries.emplace_back(&key, &node);
+    std::sort(entries.begin(), entries.end(),
+              [](const auto& a, const auto& b) { return a.first->source().begin < b.first->source().begin; });
+    return entries;
+}
+
 /// The first key below `table` that is not in `known`, with its place and the nearest known sibling.
 std::optional<std::string> unknown_key(const std::string& name, const toml::table& table, const std::string& path,
                                        const std::set<std::string>& known) {
-    for (const auto& [key, node] : table) {
-        const std::string full = dotted(path, key.str());
+    for (const auto& [key, node] : in_order_of_the_file(table)) {
+        const std::string full = dotted(path, key->str());
         if (known.contains(full + ".*")) continue;
         if (!known.contains(full)) {
             std::vector<std::string_view> siblings;
@@ -298,14 +313,14 @@ std::optional<std::string> unknown_key(const std::string& name, const toml::tabl
                     siblings.push_back(std::string_view(candidate).substr(prefix.size()));
                 }
             }
-            std::string text = position(name, key.source()) + ": unknown key " + full;
-            if (const auto best = nearest_word(key.str(), siblings)) text += "; did you mean \"" + *best + "\"?";
+            std::string text = position(name, key->source()) + ": unknown key " + full;
+            if (const auto best = nearest_word(key->str(), siblings)) text += "; did you mean \"" + *best + "\"?";
             return text;
         }
-        if (const auto* sub = node.as_table()) {
+        if (const auto* sub = node->as_table()) {
             if (auto found = unknown_key(name, *sub, full, known)) return found;
         }
-        const auto* array = node.as_array();
+        const auto* array = node->as_array();
         for (std::size_t i = 0; array != nullptr && i < array->size(); ++i) {
             const auto* sub = array->get(i)->as_table();
             if (sub == nullptr) continue;

@@ -52,10 +52,12 @@ class ConfigTable {
     std::vector<std::string> texts(std::string_view key) const;
     /// Leaves a whole sub-table to another reader: its keys are not reported as unknown.
     void ignore(std::string_view key) const;
+    /// Leaves the rest of this table: after an unknown name or kind nobody can say which keys belong to it.
+    void ignore_rest() const;
 
     /// Records an error at a key (or at the table when the key is absent): for checks that only the caller can make.
     void complain(std::string_view key, std::string_view what) const;
-    /// The first error of the whole file, or an unknown key; call once, on the root.
+    /// The unknown key that stands first in the file, or else the first error; call on the root.
     Status finish() const;
     /// Dotted names of all keys of the whole file that were asked for so far, whether they are in it or not; elements
     /// of lists with their index.

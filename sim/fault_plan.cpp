@@ -91,12 +91,16 @@ Fault read_fault(const core::ConfigTable& in) {
     for (const Facts& entry : facts)
         names.push_back(entry.name);
     Fault fault;
-    if (!in.has("what")) in.complain("what", "is missing");
-    const std::string name = in.word("what", names.front(), names);
-    const auto* const found = std::find_if(facts.begin(), facts.end(), [&](const Facts& f) { return f.name == name; });
-    fault.kind = found->kind;
     fault.when = read_time(in);
     fault.again = in.boolean("again", false);
+    if (!in.has("what")) in.complain("what", "is missing");
+    const std::string name = in.word("what", "", names);
+    const auto* const found = std::find_if(facts.begin(), facts.end(), [&](const Facts& f) { return f.name == name; });
+    if (found == facts.end()) {
+        if (in.has("what")) in.ignore_rest();
+        return fault;
+    }
+    fault.kind = found->kind;
     if (found->lasts) fault.for_s = in.number("for_s", 0.0, {0.0, 1e6});
     if (found->repeats) fault.times = static_cast<int>(in.integer("times", 1, {1, 1e6}));
     if (found->amount != nullptr) fault.amount = in.number(found->amount, found->usual, found->bounds);

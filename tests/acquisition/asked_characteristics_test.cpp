@@ -141,6 +141,16 @@ TEST(CharacteristicSpec, SaysWhatIsWrong) {
     EXPECT_NE(error_of(head + "name = \"chord\"\nsections=[0.5]\n").find("indices"), std::string::npos);
 }
 
+TEST(CharacteristicSpec, AfterAnUnknownNameOrMethodThatAloneIsSaid) {
+    const auto cord = error_of("[[characteristic]]\nmethod = \"BELAC\"\nname = \"cord\"\ndirection_deg = 4\n");
+    EXPECT_EQ(cord.find("p.toml:10:1: characteristic[0].name \"cord\" is none of chord, "), 0U) << cord;
+    EXPECT_NE(cord.find("; did you mean \"chord\"?"), std::string::npos) << cord;
+    const auto belca = error_of("[[characteristic]]\nname = \"chord\"\ndirection_deg = 4\nmethod = \"BELCA\"\n");
+    EXPECT_EQ(belca.find("p.toml:11:1: characteristic[0].method \"BELCA\" is none of"), 0U) << belca;
+    const auto nam = error_of("[[characteristic]]\nnam = \"throat\"\ndirection_deg = 4\n");
+    EXPECT_EQ(nam, "p.toml:9:1: unknown key characteristic[0].nam; did you mean \"name\"?");
+}
+
 TEST(AskedCharacteristics, TakeTheirNominalFromTheNominalSection) {
     const auto specs = asked(R"(
 [[characteristic]]

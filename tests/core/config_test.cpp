@@ -46,6 +46,23 @@ TEST(Config, AnIgnoredTableMayHoldAnything) {
     EXPECT_TRUE(root.finish());
 }
 
+TEST(Config, OfUnknownKeysTheFirstInTheFileIsReported) {
+    const auto status = parsed("zone = 1\nabove = 2\n").finish();
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.error().message, "dir/part.toml:1:1: unknown key zone");
+}
+
+TEST(Config, TheRestOfATableMayBeLeft) {
+    const auto root = parsed("[[f]]\nwhat = \"dor\"\nfor_s = 2\n[[f]]\nwhat = \"door\"\nfor_m = 2\n");
+    const auto tables = root.tables("f");
+    tables.front().complain("what", "is none");
+    tables.front().ignore_rest();
+    EXPECT_EQ(tables.back().text("what", ""), "door");
+    const auto status = root.finish();
+    ASSERT_FALSE(status);
+    EXPECT_EQ(status.error().message, "dir/part.toml:6:1: unknown key f[1].for_m");
+}
+
 TEST(Config, TheFirstWrongValueIsReportedWithItsPlace) {
     const auto root = parsed("[stylus]\nradius_mm = -1\nlength_mm = \"long\"\n");
     const auto stylus = root.table("stylus");

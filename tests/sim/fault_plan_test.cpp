@@ -53,6 +53,7 @@ TEST_P(FaultPlanBad, IsSaidWithItsPlace) {
 INSTANTIATE_TEST_SUITE_P(
     Values, FaultPlanBad,
     testing::Values(Bad{"[[fault]]\nwhat = \"earthquake\"\nsamples = 1\n", "2:", "must be one of"},
+                    Bad{"[[fault]]\nwhat = \"drit\"\nsamples = 1\num = 4\n", "2:", "must be one of"},
                     Bad{"\n[[fault]]\nsamples = 1\n", "2:", "is missing"},
                     Bad{"[[fault]]\nwhat = \"door\"\n", "2:", "samples, requests, seconds"},
                     Bad{"[[fault]]\nwhat = \"door\"\nsamples = 1\nseconds = 2\n", "2:", "one of samples"},
