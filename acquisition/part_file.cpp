@@ -114,6 +114,7 @@ NominalSpec read_nominal(const ConfigTable& table) {
 StylusSpec read_stylus(const ConfigTable& table) {
     StylusSpec stylus;
     stylus.radius_mm = table.number("radius_mm", stylus.radius_mm, {smallest_mm, 10.0});
+    stylus.radius_given = table.has("radius_mm");
     // A thin shaft is the rule: six tenths of the ball where the file does not say it.
     stylus.shank_radius_mm = table.number("shank_radius_mm", 0.6 * stylus.radius_mm, {1e-4, 10.0});
     stylus.length_mm = table.number("length_mm", stylus.length_mm, {0.1, 1000.0});

@@ -44,6 +44,7 @@ struct NominalSpec {
 
 struct StylusSpec {
     double radius_mm = 1.0, shank_radius_mm = 0.6, length_mm = 20.0;
+    bool radius_given = false;  ///< by the file
 };
 
 struct ScanSpec {

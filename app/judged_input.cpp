@@ -2,6 +2,7 @@
 #include "app/judged_input.hpp"
 
 #include <array>
+#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -10,6 +11,7 @@
 
 #include "acquisition/run_results.hpp"
 #include "app/run_input.hpp"
+#include "core/text.hpp"
 
 namespace cmm::app {
 namespace {
@@ -42,6 +44,16 @@ core::Result<acquisition::PartResult> judge_run(const std::string& input, double
     return acquisition::results_of_run(run_file, part, std::move(choice));
 }
 
+/// The command line goes before the part file, which may be meant for another stylus or a slip of either: that is said.
+double ball_radius_mm(const JudgedInput& input, const acquisition::PartFile* part) {
+    if (input.stylus_radius_mm < 0.0) return part->stylus.radius_mm;
+    if (part != nullptr && part->stylus.radius_given && part->stylus.radius_mm != input.stylus_radius_mm)
+        std::fprintf(stderr, "warning: the ball's radius is %s mm by --stylus-radius, not %s mm as in %s\n",
+                     core::fixed(input.stylus_radius_mm, 4).c_str(), core::fixed(part->stylus.radius_mm, 4).c_str(),
+                     part->path.c_str());
+    return input.stylus_radius_mm;
+}
+
 }  // namespace
 
 core::Result<acquisition::PartResult> judge_input(const JudgedInput& input) {
@@ -63,8 +75,7 @@ core::Result<acquisition::PartResult> judge_input(const JudgedInput& input) {
     }
     const auto sections = acquisition::read_points(input.inputs);
     if (!sections) return tl::unexpected(sections.error());
-    const double radius_mm = input.stylus_radius_mm >= 0.0 ? input.stylus_radius_mm : part->stylus.radius_mm;
-    return acquisition::results_of_points(*sections, radius_mm, judged_by, std::move(*choice));
+    return acquisition::results_of_points(*sections, ball_radius_mm(input, judged_by), judged_by, std::move(*choice));
 }
 
 }  // namespace cmm::app

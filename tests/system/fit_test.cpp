@@ -136,6 +136,18 @@ TEST_F(Fit, PointsOnThePartTakeNoBall) {
     }
 }
 
+TEST_F(Fit, ABallOtherThanThePartFilesIsSaid) {
+    const auto told = [&](const std::string& radius) {
+        return run({cmmlive(), "fit", folder_ / "scan/points.csv", "--part", "config/parts/demo.toml",
+                    "--stylus-radius", radius, "--out", folder_ / "ball"})
+            .err;
+    };
+    EXPECT_NE(told("1.5").find("warning: the ball's radius is 1.5000 mm by --stylus-radius, not 1.0000 mm as in "
+                               "config/parts/demo.toml\n"),
+              std::string::npos);
+    EXPECT_EQ(told("1"), "");
+}
+
 /// An operator restores a rejected point and rejects another: from the run file and from its points.
 TEST_F(Fit, FollowsAnOperator) {
     const auto rejected = read_csv(folder_ / "scan/rejected.csv");
