@@ -295,12 +295,39 @@ core::Status take_blade_files(PartFile& part) {
     return {};
 }
 
+void check_sections(const ConfigTable& root, std::size_t count) {
+    const auto check = [&](const ConfigTable& table, std::string_view key, double index) {
+        if (index >= static_cast<double>(count))
+            table.complain(key, "names section " + core::fixed(index, 0) + ", but the last one of [scan] is section " +
+                                    std::to_string(count - 1) + ": they count from 0");
+    };
+    for (const ConfigTable& table : root.tables("characteristic")) {
+        for (const double index : table.numbers("sections"))
+            check(table, "sections", index);
+        for (const std::string_view key : {"root_section", "tip_section", "reference_section"})
+            check(table, key, table.number(key, 0.0));
+    }
+}
+
 }  // namespace
 
 core::Result<PartFile> load_part_file(const std::string& path) {
     auto text = core::read_file(path);
     if (!text) return tl::unexpected(text.error());
     return parse_part_file(*text, path);
+}
+
+core::Result<PartFile> load_part_to_measure(const std::string& path) {
+    auto text = core::read_file(path);
+    if (!text) return tl::unexpected(text.error());
+    const auto root = ConfigTable::parse(*text, path);
+    if (!root) return tl::unexpected(root.error());
+    auto part = read_part_file(*root);
+    if (!part) return part;
+    part->text = std::move(*text);
+    check_sections(*root, part->scan.heights_mm.size());
+    if (auto status = root->finish(); !status) return tl::unexpected(std::move(status.error()));
+    return part;
 }
 
 core::Result<PartFile> parse_part_file(std::string_view text, const std::string& path) {

@@ -98,6 +98,9 @@ struct PartFile {
 /// Errors: input_missing, config_syntax, config_invalid (file:line:column, did you mean); of the nominal file and the
 /// tolerance file of PC-DMIS Blade, which are read here: input_missing, input_invalid.
 core::Result<PartFile> load_part_file(const std::string& path);
+/// The same of a part that is to be measured: the sections that its characteristics name have to be among its heights.
+/// (Points from files have sections of their own.)
+core::Result<PartFile> load_part_to_measure(const std::string& path);
 core::Result<PartFile> parse_part_file(std::string_view text, const std::string& path);
 /// The same of a text that is parsed already: its tables, key by key. Errors: config_invalid, and of the files above.
 core::Result<PartFile> read_part_file(const core::ConfigTable& root);

@@ -80,7 +80,7 @@ core::Result<CellPrograms> find_programs(const std::string& folder) {
 }
 
 core::Result<acquisition::PartFile> part_with_serial(const std::string& file, const std::string& serial) {
-    const auto plain = acquisition::load_part_file(file);
+    const auto plain = acquisition::load_part_to_measure(file);
     if (!plain || plain->serial == serial) return plain;
     auto part = acquisition::parse_part_file(put_in(plain->text, serial), file);
     if (part && part->serial == serial && part->name == plain->name) return part;

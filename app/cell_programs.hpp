@@ -16,7 +16,7 @@ using CellPrograms = std::map<std::uint16_t, std::string>;
 core::Result<CellPrograms> find_programs(const std::string& folder);
 
 /// The part file with this serial number in it, so that the run file and all that is made from it say which part it
-/// was. Errors: those of load_part_file; config_invalid where the number cannot be put in.
+/// was. Errors: those of load_part_to_measure; config_invalid where the number cannot be put in.
 core::Result<acquisition::PartFile> part_with_serial(const std::string& file, const std::string& serial);
 
 /// The highest number that a folder of a run in `folder` begins with; 0: none.

@@ -77,7 +77,7 @@ core::Result<std::string> checked(const std::string& file) {
                    .text() +
                "}";
     }
-    const auto part = acquisition::load_part_file(file);
+    const auto part = acquisition::load_part_to_measure(file);
     if (!part) return tl::unexpected(part.error());
     const auto nominal = acquisition::load_nominal(part->nominal);
     if (!nominal) return tl::unexpected(nominal.error());

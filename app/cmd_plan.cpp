@@ -87,7 +87,7 @@ std::string plan_json(const Planned& planned, const std::vector<acquisition::Fin
 
 /// With a machine, it is asked for its limits; nothing moves.
 int run_plan(const PlanOptions& options) {
-    auto part = acquisition::load_part_file(options.part);
+    auto part = acquisition::load_part_to_measure(options.part);
     if (!part) return report(part.error(), options.json);
     const auto nominal = acquisition::load_nominal(part->nominal);
     if (!nominal) return report(nominal.error(), options.json);

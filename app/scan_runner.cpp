@@ -44,7 +44,7 @@ core::Status prepare_folder(const std::string& out, bool resume) {
 core::Result<acquisition::ScanRequest> make_request(const RunnerOptions& options,
                                                     const drivers::LinkSettings& machine) {
     auto part = options.known_part ? core::Result<acquisition::PartFile>(*options.known_part)
-                                   : acquisition::load_part_file(options.part);
+                                   : acquisition::load_part_to_measure(options.part);
     if (!part) return tl::unexpected(part.error());
     if (options.wait_s >= 0.0) part->scan.wait_s = options.wait_s;
     if (options.stop_when_rejected) part->scan.stop_when_rejected = true;

@@ -149,6 +149,23 @@ TEST(PartFile, ExpandsPatternsBesideThePartFileInNaturalOrder) {
     EXPECT_EQ(load_part_file(folder.path("absent.toml")).error().code, core::ErrorCode::input_missing);
 }
 
+TEST(PartFile, WhatIsToBeMeasuredHasTheSectionsThatItsCharacteristicsName) {
+    const TempFolder folder;
+    const auto error_with = [&](const std::string& characteristic) {
+        const auto file = folder.write("p.toml", none_part + "[[characteristic]]\n" + characteristic);
+        EXPECT_TRUE(load_part_file(file)) << "points from files have sections of their own";
+        const auto part = load_part_to_measure(file);
+        return part ? "" : part.error().message;
+    };
+    EXPECT_EQ(error_with("name = \"chord\"\nsections = [0, 1]\n"), "");
+    EXPECT_EQ(error_with("name = \"chord\"\nsections = [0, 2]\n"),
+              folder.path("p.toml") +
+                  ":10:1: characteristic[0].sections names section 2, but the last one of [scan] is section 1: they "
+                  "count from 0");
+    EXPECT_NE(error_with("name = \"lean_x\"\ntip_section = 3\n").find("characteristic[0].tip_section names section 3"),
+              std::string::npos);
+}
+
 TEST(FilePattern, OrdersByTheValueOfDigits) {
     EXPECT_TRUE(natural_less("a2", "a10"));
     EXPECT_FALSE(natural_less("a10", "a2"));

@@ -63,6 +63,23 @@ TEST(BadInput, AWrongUnitsKeyIsNamedWithASuggestion) {
         << plan.err;
 }
 
+TEST(BadInput, ASectionWithoutAHeightIsNamedBeforeAnythingMoves) {
+    const TemporaryFolder folder;
+    const std::string file = folder / "part.toml";
+    std::ifstream demo("config/parts/demo.toml");
+    std::ofstream(file) << demo.rdbuf() << "\n[[characteristic]]\nname = \"chord\"\nsections = [8]\n";
+    for (const std::vector<std::string>& command : {std::vector<std::string>{"config", "check", file},
+                                                    {"plan", "--part", file},
+                                                    {"demo", "--part", file, "--out", folder / "out"}}) {
+        std::vector<std::string> words{cmmlive()};
+        words.insert(words.end(), command.begin(), command.end());
+        const auto told = run(words);
+        EXPECT_EQ(told.exit_code, 3) << command.front();
+        EXPECT_NE(told.err.find("sections names section 8, but the last one of [scan] is section 7"), std::string::npos)
+            << told.err;
+    }
+}
+
 TEST(BadInput, AnUnreachableMachineIsALinkError) {
     const TemporaryFolder folder;
     const auto scan = run({cmmlive(), "scan", "--machine", "modbus+tcp://127.0.0.1:9", "--part",
