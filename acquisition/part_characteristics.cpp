@@ -144,7 +144,7 @@ class PartMeasures {
             const auto at = std::find_if(section->span_points.begin(), section->span_points.end(),
                                          [&](const SpanPoint& point) { return point.label == spec.label; });
             if (at == section->span_points.end())
-                return missing("section " + std::to_string(section->index) + " has no point there");
+                return missing(section_text(section->index, section->z_mm) + " has no point there");
             points.push_back(&*at);
             heights.push_back(section->z_mm);
         }
@@ -191,7 +191,7 @@ class PartMeasures {
                            " was not measured");
         const auto* placement = found->placement(spec.fit_zones);
         if (placement == nullptr)
-            return missing("section " + std::to_string(found->index) + ": " +
+            return missing(section_text(found->index, found->z_mm) + ": " +
                            (found->why.empty() ? "it could not be laid onto its nominal" : found->why));
         return Placed{found->z_mm, *placement};
     }
@@ -248,7 +248,7 @@ void add_missing_sections(const CharacteristicSpec& spec, PartResult& part) {
     c.nominal = nominal_without_section(spec);
     set_limits(spec, c);
     c.decision = Decision::not_evaluable;
-    c.note = missing + ": there is no such section";
+    c.note = missing + ": there is no such section; they count from 0";
     part.characteristics.push_back({std::move(c), std::nullopt});
 }
 

@@ -18,7 +18,7 @@ namespace {
 using Eigen::Vector3d;
 
 std::string at_section(const PlannedPath& path) {
-    return "section " + std::to_string(path.section) + " (z " + core::fixed(path.z_mm, 3) + " mm): ";
+    return section_text(path.section, path.z_mm) + ": ";
 }
 
 std::string point_text(const Eigen::Vector2d& p) {

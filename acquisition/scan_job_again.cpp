@@ -85,7 +85,7 @@ ScanJob::Step ScanJob::scan_again() {
     entry.first_index = static_cast<std::uint32_t>(again_.measured[section_].size());
     entry.pass = again_.pass;
     if (auto status = co_await begin_path(entry, left.size()); !status) co_return status;
-    progress("section " + std::to_string(section_) + " again, pass " + std::to_string(again_.pass));
+    progress(section_text(section_, setups_[section_].z_mm) + " again, pass " + std::to_string(again_.pass));
     left_over_.reset();
     auto live = std::make_unique<LiveSection>(setups_[section_], capabilities_.lsb_mm, machine_.part_from_machine(), 0);
     live->restore(again_.measured[section_]);
@@ -105,7 +105,7 @@ ScanJob::Step ScanJob::scan_again() {
     if (auto unfinished = intake_->end()) left_over_ = std::move(unfinished);
     if (!status) {
         core::Error error = status.error();
-        error.with_context("while measuring section " + std::to_string(section_) + " again");
+        error.with_context("while measuring " + section_text(section_, setups_[section_].z_mm) + " again");
         co_return tl::unexpected(std::move(error));
     }
     again_.measured[section_] = std::exchange(left_over_, nullptr)->points();

@@ -142,7 +142,7 @@ core::Status ScanJob::within_travel() const {
                                 (at.array() <= capabilities_.limit_max_mm.array()).all();
             if (inside) continue;
             return core::fail(core::ErrorCode::plan_invalid,
-                              "as the part stands, section " + std::to_string(path.section) +
+                              "as the part stands, " + section_text(path.section, path.z_mm) +
                                   " lies outside the machine's travel: at machine x " + core::fixed(at.x(), 3) +
                                   ", y " + core::fixed(at.y(), 3) + ", z " + core::fixed(at.z(), 3) + " mm",
                               core::Motion::stopped);

@@ -28,7 +28,7 @@ class HandIntake final : public drivers::HandSink {
             if (std::abs(off_mm) > section_.tolerance_mm) {
                 sample.flags |= core::sample_flag::apart;
                 notice_("point " + std::to_string(sample.sequence) + " lies " + core::fixed(off_mm, 3) +
-                        " mm off the height of section " + std::to_string(section_.index) + ": kept, not used");
+                        " mm off the height of " + section_text(section_.index, section_.z_mm) + ": kept, not used");
             }
             if (auto taken = intake_.on_samples(std::span(&sample, 1)); !taken) return taken;
         }
@@ -70,8 +70,8 @@ class HandIntake final : public drivers::HandSink {
 
 ScanJob::Step ScanJob::scan_by_hand(drivers::ScanPath path) {
     const double z_mm = setups_[section_].z_mm;
-    notice("section " + std::to_string(section_) + ", z " + core::fixed(z_mm, 3) +
-           " mm: take its points counter-clockwise; it ends when the start is passed, or by the word of a person");
+    notice(section_text(section_, z_mm) +
+           ": take its points counter-clockwise; it ends when the start is passed, or by the word of a person");
     HandLap lap;
     for (const auto& point : restored_[section_])
         lap.add(point.centre_mm.head<2>());

@@ -13,10 +13,6 @@
 namespace cmm::acquisition {
 namespace {
 
-std::string section_text(std::size_t index, double z_mm) {
-    return "section " + std::to_string(index) + " (z " + core::fixed(z_mm, 3) + " mm)";
-}
-
 /// A plan that ends early once `enough` says so. Therefore the machine gets its points not long before it needs them.
 class PathUntil final : public drivers::PathSource {
   public:

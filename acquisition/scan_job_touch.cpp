@@ -81,7 +81,7 @@ ScanJob::Step ScanJob::touch_planned(std::uint16_t path, drivers::PathSource& so
     };
     auto status = co_await touch_along(path, source, note);
     if (status && missed > 0)
-        notice("section " + std::to_string(section_) + ": " + std::to_string(missed) +
+        notice(section_text(section_, setups_[section_].z_mm) + ": " + std::to_string(missed) +
                " places without contact; the gaps are not evaluable");
     co_return status;
 }
@@ -116,7 +116,7 @@ ScanJob::Step ScanJob::touch_along(std::uint16_t path, drivers::PathSource& sour
             co_return noted;
         }
         before = place;
-        progress("section " + std::to_string(section_) + ": " + std::to_string(++places) + " places touched");
+        progress(section_text(section_, setups_[section_].z_mm) + ": " + std::to_string(++places) + " places touched");
     }
     const auto drained = co_await machine_.drain(sink);
     if (!drained) co_return tl::unexpected(drained.error());

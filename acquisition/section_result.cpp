@@ -241,6 +241,10 @@ bool misses_little(const fitting::SectionFit& fit) {
     return missing_mm <= most_missing_share * fit.contour.back().arc_length_mm;
 }
 
+std::string section_text(std::size_t index, double z_mm) {
+    return "section " + std::to_string(index) + " (z " + core::fixed(z_mm, 3) + " mm)";
+}
+
 std::string name_of(const PartCharacteristic& c) {
     return c.number.name + (c.section ? " of section " + std::to_string(*c.section) : std::string());
 }

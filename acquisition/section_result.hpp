@@ -23,6 +23,9 @@ namespace cmm::acquisition {
 
 class NominalSurface;
 
+/// For people: "section 3 (z 45.000 mm)"; sections count from 0.
+std::string section_text(std::size_t index, double z_mm);
+
 /// ISO 14253-1: three states; `reported` carries no requirement, `not_evaluable` says why in `note`.
 enum class Decision : std::uint8_t { accept, reject, undecided, reported, not_evaluable };
 std::string_view to_string(Decision decision) noexcept;

@@ -80,7 +80,7 @@ TEST(PartCharacteristics, WhatCannotBeJudgedIsSaid) {
     add_part_characteristics(absent, {}, part);
     ASSERT_EQ(part.characteristics.size(), 1U);
     EXPECT_EQ(part.characteristics[0].number.decision, Decision::not_evaluable);
-    EXPECT_EQ(part.characteristics[0].number.note, "section 3, 7: there is no such section");
+    EXPECT_EQ(part.characteristics[0].number.note, "section 3, 7: there is no such section; they count from 0");
     EXPECT_EQ(part.verdict(), Decision::undecided);
 
     const auto asked = specs_of(
@@ -247,7 +247,7 @@ TEST(PartCharacteristics, SayWhyTheyCannotBeEvaluated) {
     add_part_characteristics(specs, {}, part);
     const auto* lean = find_in(part, "lean_x");
     EXPECT_EQ(lean->decision, Decision::not_evaluable);
-    EXPECT_TRUE(holds(lean->note, "section 2: gap of 3 mm")) << lean->note;
+    EXPECT_TRUE(holds(lean->note, "mm): gap of 3 mm")) << lean->note;
     EXPECT_EQ(part.verdict(), Decision::undecided);
     auto broken = blade({0.0, 0.0});
     broken.complete = false;

@@ -250,7 +250,8 @@ TEST_F(AlignTest, ASectionOutsideTheTravelAsThePartStandsIsRefused) {
     const auto ran = run();
     ASSERT_TRUE(ran.outcome.error);
     EXPECT_EQ(ran.outcome.error->code, ErrorCode::plan_invalid);
-    EXPECT_TRUE(holds(ran.outcome.error->text(), "as the part stands, section 0 lies outside the machine's travel"))
+    EXPECT_TRUE(holds(ran.outcome.error->text(),
+                      "as the part stands, section 0 (z 2.000 mm) lies outside the machine's travel"))
         << ran.outcome.error->text();
     EXPECT_EQ(machine.count("scan"), 0U);
 }

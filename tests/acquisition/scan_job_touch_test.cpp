@@ -127,7 +127,7 @@ TEST_F(TouchJobTest, APlaceWithoutContactIsAGapAndTheJobGoesOn) {
     const auto ran = run();
     ASSERT_FALSE(ran.outcome.error) << ran.outcome.error->text();
     EXPECT_TRUE(ran.outcome.result.complete);
-    EXPECT_TRUE(holds(told, "section 0: 2 places without contact")) << told;
+    EXPECT_TRUE(holds(told, "mm): 2 places without contact")) << told;
     EXPECT_EQ(machine.count("clear_fault"), 2U);
     expect_places({10, 11});
 }
