@@ -18,6 +18,7 @@ class CommandLine {
     explicit CommandLine(Action& action) : action_(action) {
         app_.set_version_flag("--version", "cmmlive " + cmm::app::version());
         app_.require_subcommand(1);
+        app_.add_flag("--json", json_, json_words);
         app_.footer(
             "Exit codes: 0 accepted or done, 1 rejected, 2 undecided, 3 usage or input, 4 machine, 5 link, 6 storage, "
             "70 internal.\nDocumentation: docs/cli.md");
@@ -43,9 +44,11 @@ class CommandLine {
     template <class Options>
     CLI::App* add(const char* name, const char* text, Options& options, int (*run)(const Options&)) {
         CLI::App* command = app_.add_subcommand(name, text);
-        command->add_flag("--json", options.json,
-                          "one JSON document on standard output, everything else on standard error");
-        command->final_callback([this, &options, run] { action_ = [&options, run] { return run(options); }; });
+        command->add_flag("--json", options.json, json_words);
+        command->final_callback([this, &options, run] {
+            options.json |= json_;
+            action_ = [&options, run] { return run(options); };
+        });
         return command;
     }
 
@@ -260,8 +263,10 @@ class CommandLine {
     }
 
     static constexpr const char* default_listen = "127.0.0.1:8686";
+    static constexpr const char* json_words = "one JSON document on standard output, everything else on standard error";
     CLI::App app_{"cmmlive: drives a coordinate measuring machine and judges the part while it is measured", "cmmlive"};
     Action& action_;
+    bool json_ = false;  // before the command
     cmm::app::DemoOptions demo_;
     cmm::app::SimOptions sim_;
     cmm::app::ScanOptions scan_;

@@ -104,6 +104,14 @@ TEST(BadInput, AFullDiskStopsTheMachineAndTheRunCanGoOn) {
     EXPECT_NE(demo.err.find("Free space"), std::string::npos) << demo.err;
 }
 
+TEST(BadInput, JsonMayStandBeforeTheCommandToo) {
+    const auto before = run({cmmlive(), "--json", "config", "check", "config/parts/demo.toml"});
+    const auto after = run({cmmlive(), "config", "check", "config/parts/demo.toml", "--json"});
+    EXPECT_EQ(before.exit_code, 0) << before.err;
+    EXPECT_EQ(before.out, after.out);
+    EXPECT_EQ(after.out.front(), '{');
+}
+
 TEST(BadInput, UsageErrorsAreThree) {
     for (const std::vector<std::string>& arguments : {std::vector<std::string>{},
                                                       {"nonsense"},
@@ -115,6 +123,7 @@ TEST(BadInput, UsageErrorsAreThree) {
         command.insert(command.end(), arguments.begin(), arguments.end());
         EXPECT_EQ(run(command).exit_code, 3) << (arguments.empty() ? "(none)" : arguments.front());
     }
+    EXPECT_EQ(run({cmmlive(), "--json"}).exit_code, 3);
     EXPECT_EQ(run({cmmlive(), "--version"}).exit_code, 0);
     EXPECT_EQ(run({cmmlive(), "doctor"}).exit_code, 0);
     EXPECT_EQ(run({cmmlive(), "config", "check", "config/parts/demo.toml"}).exit_code, 0);
