@@ -6,10 +6,12 @@
 #include <map>
 #include <regex>
 #include <set>
+#include <sstream>
 
 #include "acquisition/characteristic_spec.hpp"
 #include "acquisition/part_file.hpp"
 #include "core/config.hpp"
+#include "core/text.hpp"
 #include "drivers/machine_file.hpp"
 #include "sim/machine_file.hpp"
 #include "sim/surface.hpp"
@@ -123,6 +125,45 @@ TEST(ConfigExplain, ListsEveryTableAndKeyOfPartFilesAndOfMachineFiles) {
     known.at("actual").erase("blade");
     EXPECT_GE(known.size(), 15U);
     expect_the_same(explained, known);
+}
+
+std::vector<std::string> in_code(const std::string& cell, const std::string& word) {
+    std::vector<std::string> words;
+    const std::regex code("`(" + word + ")`");
+    for (auto at = std::sregex_iterator(cell.begin(), cell.end(), code); at != std::sregex_iterator(); ++at)
+        words.push_back((*at)[1]);
+    return words;
+}
+
+/// The methods that the error of another one lists; "": none may be chosen.
+std::string methods_of(const std::string& name) {
+    const auto part = acquisition::read_part_file(
+        parsed("[part]\nname = \"p\"\n[nominal]\nkind = \"none\"\n[scan]\nheights_mm = [1]\n[[characteristic]]\n"
+               "name = \"" +
+               name + "\"\nmethod = \"ANY\"\n"));
+    EXPECT_FALSE(part) << name;
+    const std::string message = part ? "" : part.error().message, listed = " is none of ";
+    EXPECT_NE(message.find("characteristic[0].method "), std::string::npos) << message;
+    const auto at = message.find(listed);
+    return at == std::string::npos ? "" : message.substr(at + listed.size());
+}
+
+TEST(PartFileDocument, NamesTheMethodsThatMayBeChosen) {
+    const auto page = core::read_file("docs/part-file.md");
+    ASSERT_TRUE(page);
+    std::istringstream lines(page->substr(page->find("| name (keyword) | method |")));
+    std::size_t names = 0;
+    for (std::string line; std::getline(lines, line) && line.starts_with("|");) {
+        const auto cells = core::split(line, '|');
+        std::string methods;
+        for (const auto& method : in_code(std::string(cells.at(2)), "[A-Z_]+"))
+            methods += (methods.empty() ? "" : ", ") + method;
+        for (const auto& name : in_code(std::string(cells.at(1)), "[a-z][a-z_]*")) {
+            EXPECT_EQ(methods_of(name), methods) << name;
+            ++names;
+        }
+    }
+    EXPECT_GE(names, 20U);
 }
 
 }  // namespace
