@@ -66,6 +66,8 @@ core::Result<double> AskedCharacteristics::nominal_of(const CharacteristicSpec& 
     if (const auto known = nominal_without_section(spec)) return *known;
     if (nominal_ == nullptr) return refuse("no nominal is given, and there is no nominal section");
     if (is_plain_radius(spec)) return fitting::nominal_radius(*nominal_, edge_of(spec), section_.fit());
+    if (spec.kind == Kind::chord && spec.chord == fitting::ChordMethod::rad_center)
+        return fitting::nominal_rad_center(*nominal_, section_.fit());
     const auto* value = measures_->find(spec);
     return value != nullptr ? *value : refuse("the nominal section was not asked for it");
 }

@@ -92,22 +92,36 @@ class BallWay {
     Table at_mm_{}, rolled_mm_{};
 };
 
+/// Of an edge's radius.
+struct NoseCircle {
+    Vec2 centre_mm;
+    double radius_mm;
+};
+
 /// As of a measured edge: a conic's is that of its vertex.
-template <class Shape>
-double radius_of(const Shape& shape, const Vec2& nose) {
-    if constexpr (Shape::model == EdgeModel::ellipse || Shape::model == EdgeModel::parabola) return shape.values()[3];
-    return shape.radius_at(nose);
+NoseCircle circle_of(const ArcShape& shape, const Vec2& /*nose*/) {
+    return {shape.values().head<2>(), shape.values()[2]};
+}
+template <class Conic>
+NoseCircle circle_of(const Conic& shape, const Vec2& /*nose*/) {
+    const auto& v = shape.values();
+    return {v.template head<2>() - v[3] * Vec2(std::cos(v[2]), std::sin(v[2])), v[3]};
+}
+NoseCircle circle_of(const DoubleArcShape& shape, const Vec2& nose) {
+    const auto& v = shape.values();
+    const bool second = cross(Vec2(std::cos(v[4]), std::sin(v[4])), nose) > 0.0;
+    return second ? NoseCircle{shape.second_centre(), v[3]} : NoseCircle{v.head<2>(), v[2]};
 }
 
 template <class Shape>
-core::Result<double> fitted(ModelFitter& fitter, const std::optional<Shape>& start, const Vec2& nose) {
+core::Result<NoseCircle> fitted(ModelFitter& fitter, const std::optional<Shape>& start, const Vec2& nose) {
     if (!start) return refuse("its edge has no circle to begin with");
     const auto fit = fitter.fit(*start, {0, fitted_points});
     if (!fit.converged) return refuse("the form of the part's edge does not go through its edge");
-    return radius_of(fit.shape, nose);
+    return circle_of(fit.shape, nose);
 }
 
-core::Result<double> by_model(const EdgePoints& edge, EdgeModel model, const Vec2& nose) {
+core::Result<NoseCircle> by_model(const EdgePoints& edge, EdgeModel model, const Vec2& nose) {
     ModelFitter fitter(edge);
     const EdgeWindow all{0, fitted_points};
     switch (model) {
@@ -140,7 +154,8 @@ double ball_radius(const SectionFit& fit, const Vec2& nose) {
 }
 
 /// Through the middle of the edge zone, so much of it that the circle is as long as that of the part.
-core::Result<double> of_mean_circle(const ClosedCurve& curve, const ZoneSpan& zone, double arc_rad, double ball_mm) {
+core::Result<NoseCircle> of_mean_circle(const ClosedCurve& curve, const ZoneSpan& zone, double arc_rad,
+                                        double ball_mm) {
     const double beyond_mm = beyond_zone * (zone.to_mm - zone.from_mm);
     const BallWay way(curve, zone.from_mm - beyond_mm, zone.to_mm + beyond_mm, ball_mm);
     const double from_mm = way.rolled_to(zone.from_mm), to_mm = way.rolled_to(zone.to_mm);
@@ -150,15 +165,13 @@ core::Result<double> of_mean_circle(const ClosedCurve& curve, const ZoneSpan& zo
         const auto circle = circle_through(way.points(middle_mm - half_mm, middle_mm + half_mm));
         if (!circle) return refuse(circle.error().message);
         const double share = arc_rad / circle->arc_angle;
-        if (std::abs(share - 1.0) < same_arc) return circle->radius - ball_mm;
+        if (std::abs(share - 1.0) < same_arc) return NoseCircle{circle->centre, circle->radius - ball_mm};
         half_mm = std::min(half_mm * share, std::min(middle_mm, way.length_mm() - middle_mm));
     }
     return refuse("no mean circle takes as much of its edge as the part's does");
 }
 
-}  // namespace
-
-core::Result<double> nominal_radius(const NominalSection& nominal, EdgeName edge, const SectionFit& fit) {
+core::Result<NoseCircle> circle_of_edge(const NominalSection& nominal, EdgeName edge, const SectionFit& fit) {
     const bool le = edge == EdgeName::le;
     const EdgeFit& measured = le ? fit.le : fit.te;
     if (!measured.valid) return refuse("the part's edge has no radius to compare with");
@@ -173,6 +186,19 @@ core::Result<double> nominal_radius(const NominalSection& nominal, EdgeName edge
     if (!before || !behind) return refuse("its edge does not turn as far as the part's does");
     const BallWay way(curve, *before, *behind, ball_mm);
     return by_model(way.points(0.0, way.length_mm()), measured.model, curve.evaluate(nose_mm).normal);
+}
+
+}  // namespace
+
+core::Result<double> nominal_radius(const NominalSection& nominal, EdgeName edge, const SectionFit& fit) {
+    return circle_of_edge(nominal, edge, fit).map([](const NoseCircle& circle) { return circle.radius_mm; });
+}
+
+core::Result<double> nominal_rad_center(const NominalSection& nominal, const SectionFit& fit) {
+    const auto le = circle_of_edge(nominal, EdgeName::le, fit), te = circle_of_edge(nominal, EdgeName::te, fit);
+    if (!le) return tl::unexpected(le.error());
+    if (!te) return tl::unexpected(te.error());
+    return (te->centre_mm - le->centre_mm).norm() + le->radius_mm + te->radius_mm;
 }
 
 }  // namespace cmm::fitting

@@ -16,4 +16,7 @@ namespace cmm::fitting {
 /// (the part's edge has no radius, the nominal's edge does not turn so far, no such form goes through it).
 core::Result<double> nominal_radius(const NominalSection& nominal, EdgeName edge, const SectionFit& fit);
 
+/// The chord RADCENTER of the nominal, mm, by the circles of these radii. Errors: likewise.
+core::Result<double> nominal_rad_center(const NominalSection& nominal, const SectionFit& fit);
+
 }  // namespace cmm::fitting

@@ -161,6 +161,10 @@ name = "chord"
 method = "caliper"
 tolerance_mm = 0.03
 [[characteristic]]
+name = "chord"
+method = "RADCENTER"
+tolerance_mm = 0.1
+[[characteristic]]
 name = "max_thickness"
 tolerance_mm = 0.1
 [[characteristic]]
@@ -188,6 +192,12 @@ tolerance_mm = 0.001
     ASSERT_TRUE(caliper && caliper->value);
     EXPECT_NEAR(*caliper->value - *caliper->nominal, 2.0 * more, 1e-4);
     EXPECT_EQ(caliper->decision, Decision::reject);
+    const auto* centres = result.find("chord_radcenter");
+    ASSERT_TRUE(centres && centres->value && centres->nominal) << centres->note;
+    EXPECT_NEAR(*centres->nominal,
+                (section.edge_centre(1.0) - section.edge_centre(0.0)).norm() + shape.le_radius_mm + shape.te_radius_mm,
+                1e-3);
+    EXPECT_EQ(centres->decision, Decision::accept);
     const auto* thickness = result.find("max_thickness");
     ASSERT_TRUE(thickness && thickness->value);
     EXPECT_NEAR(*thickness->value - *thickness->nominal, 2.0 * more, 1e-4);

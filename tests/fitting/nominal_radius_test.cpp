@@ -8,6 +8,7 @@
 #include <set>
 #include <vector>
 
+#include "fitting/chord.hpp"
 #include "support/natural_blade.hpp"
 #include "support/truth.hpp"
 
@@ -41,6 +42,9 @@ TEST(NominalRadius, IsThatOfTheDrawingWhereTheEdgeHasTheForm) {
             ASSERT_TRUE(le && te);
             EXPECT_NEAR(*le, 0.6, 2e-4) << arc_rad;
             EXPECT_NEAR(*te, 0.3, 2e-4) << arc_rad;
+            const auto chord = nominal_rad_center(*arcs, measured_as(model, arc_rad));
+            ASSERT_TRUE(chord);
+            EXPECT_NEAR(*chord, 40.0, 2e-4) << arc_rad;
         }
 
     points.clear();
@@ -54,6 +58,9 @@ TEST(NominalRadius, IsThatOfTheDrawingWhereTheEdgeHasTheForm) {
         const auto nose = nominal_radius(*ellipse, EdgeName::le, measured_as(EdgeModel::ellipse, arc_rad));
         ASSERT_TRUE(nose);
         EXPECT_NEAR(*nose, 0.3, 1e-5) << arc_rad;
+        const auto chord = nominal_rad_center(*ellipse, measured_as(EdgeModel::ellipse, arc_rad));
+        ASSERT_TRUE(chord);
+        EXPECT_NEAR(*chord, 60.0, 1e-5) << arc_rad;
     }
     const auto circle = nominal_radius(*ellipse, EdgeName::le, measured_as(EdgeModel::free, 2.0));
     ASSERT_TRUE(circle) << circle.error().message;
@@ -65,7 +72,7 @@ TEST(NominalRadius, IsThatOfTheDrawingWhereTheEdgeHasTheForm) {
 TEST(NominalRadius, OfNosesWithoutAFormIsThatOfTheSameForm) {
     std::set<EdgeModel> seen;
     double same = 0.0, scale = 0.0;
-    int count = 0;
+    int count = 0, chords = 0;
     for (const bool slender : {false, true})
         for (std::uint64_t seed = 1; seed <= 12; ++seed) {
             const natural::Blade blade(seed, slender);
@@ -90,8 +97,16 @@ TEST(NominalRadius, OfNosesWithoutAFormIsThatOfTheSameForm) {
             scale += off_scale * off_scale;
             seen.insert(fit->le.model);
             ++count;
+            MeasuredSection section(*fit);
+            const auto chord = measure_chord(section, ChordMethod::rad_center);
+            if (!chord) continue;
+            const auto nominal_chord = nominal_rad_center(*nominal, *fit);
+            ASSERT_TRUE(nominal_chord) << nominal_chord.error().message;
+            EXPECT_NEAR(*nominal_chord, chord->value, 0.01);
+            ++chords;
         }
     EXPECT_GE(count, 18);
+    EXPECT_GE(chords, 12);
     EXPECT_GE(seen.size(), 2U);
     EXPECT_LE(std::sqrt(same / count), 0.04) << "where the points lie on a mean circle is not known exactly";
     EXPECT_GE(std::sqrt(scale / count), 0.5) << "the mean radius of the sharpest 120 degrees is another";
