@@ -21,12 +21,15 @@ class CircleFrame {
         along_ = cosine * unit - sine * right_normal(unit);
     }
 
-    /// u = 2 R tan(angle/2), y = distance from the circle; written so that R = 1/curvature may be infinite.
+    /// u = 2 R tan(angle/2), y = distance from the circle; written so that R = 1/curvature may be infinite. A place
+    /// beyond the circle's middle, but not by half the radius, lies that far from the near side, not the far one.
     Vec2 local(const Vec2& p) const {
         const Vec2 d = p - origin_;
         const double x = d.dot(along_), left = cross(along_, d), k = curvature_;
-        const double c = 1.0 - k * left, r = std::sqrt(k * k * x * x + c * c);
-        return {2.0 * x / std::max(c + r, 1e-9), (k * (x * x + left * left) - 2.0 * left) / (1.0 + r)};
+        const double c = 1.0 - k * left, away = std::sqrt(k * k * x * x + c * c);
+        const double r = c < 0.0 && away < just_beyond ? -away : away, reach = c + r;
+        return {2.0 * x / (std::abs(reach) < least_reach ? least_reach : reach),
+                (k * (x * x + left * left) - 2.0 * left) / (1.0 + r)};
     }
     /// The same of many points, in their place: their x becomes u, their y becomes y.
     template <class Numbers>
@@ -34,8 +37,9 @@ class CircleFrame {
         const Numbers dx = xs - origin_.x(), dy = ys - origin_.y();
         const Numbers x = dx * along_.x() + dy * along_.y(), left = along_.x() * dy - along_.y() * dx;
         const double k = curvature_;
-        const Numbers c = 1.0 - k * left, r = (k * k * x * x + c * c).sqrt();
-        xs = 2.0 * x / (c + r).max(1e-9);
+        const Numbers c = 1.0 - k * left, away = (k * k * x * x + c * c).sqrt();
+        const Numbers r = (c < 0.0 && away < just_beyond).select(-away, away), reach = c + r;
+        xs = 2.0 * x / (reach.abs() < least_reach).select(least_reach, reach);
         ys = (k * (x * x + left * left) - 2.0 * left) / (1.0 + r);
     }
     /// Whether a place is so far round the circle that the coordinates say little: 62 degrees from the middle.
@@ -44,6 +48,8 @@ class CircleFrame {
 
   private:
     static constexpr double widest_half_angle = 0.6;  // tan(theta/2)
+    static constexpr double just_beyond = 0.5;        // of the radius, from the middle
+    static constexpr double least_reach = 1e-9;
 
     Vec2 origin_, along_;
     double curvature_ = 0.0;

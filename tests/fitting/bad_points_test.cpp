@@ -167,6 +167,38 @@ TEST(BadPointsOfFamilies, OpenChainsAndTheirEnds) {
     EXPECT_GE(ends.found_percent(), 65.0);  // an end has neighbours on one side only
 }
 
+/// On edges round which a small ball's centre goes in a narrow turn, points that lie beyond the middle of that turn.
+TEST(BadPointsOfFamilies, DeeperThanTheTurnOfTheBallAreFound) {
+    Tally all;
+    for (const Family family : families::all_families)
+        for (std::uint64_t number = 1; number <= 3; ++number) {
+            const families::Blade blade = families::make(family, number);
+            ScanOptions options;
+            options.ball_mm = 0.25;
+            options.bad_share = 0.0;
+            const BladeScan scan = families::scan(blade, options);
+            SectionOptions section;
+            section.ball_radius_mm = options.ball_mm;
+            for (std::size_t first = 0; first + 2 < scan.points.size(); first += 7) {
+                const auto part = families::Blade::part_of(scan.t[first]);
+                if (part != families::Part::le && part != families::Part::te) continue;
+                BladeScan bad = scan;
+                const std::size_t run = 1 + first % 3;
+                for (std::size_t i = first; i < first + run; ++i) {
+                    bad.bad[i] = -0.4 + 0.02 * static_cast<double>(i - first);
+                    bad.points[i] += bad.bad[i] * blade.at(scan.t[i]).normal();
+                }
+                const auto fit = fit_section(bad.points, {}, section);
+                ASSERT_TRUE(fit) << families::to_string(family) << " " << number << ", " << run << " from " << first
+                                 << ": " << fit.error().message;
+                for (std::size_t i = 0; i < bad.points.size(); ++i)
+                    all.add(bad, i, fit->verdicts[i].reason != RejectReason::none);
+            }
+        }
+    EXPECT_EQ(all.missed, 0U) << "of " << all.bad;
+    EXPECT_EQ(all.lost, 0U) << "of " << all.good;
+}
+
 TEST(BadPointsOfFamilies, EveryOneHasItsResidualAndItsThreshold) {
     ScanOptions options;
     options.bad_share = 0.03;
