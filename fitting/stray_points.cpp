@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "fitting/closed_curve.hpp"
+#include "fitting/displaced_row.hpp"
 #include "fitting/outliers.hpp"
 #include "fitting/surface_cut.hpp"
 
@@ -77,7 +78,7 @@ StrayPoints stray_points(const SurfaceCompensation& surface, double z_mm, std::s
     for (const double u : span_parameters(fit.surface.u(), parts_of_a_level_span))
         level.push_back(fit.surface.position({u, z_mm}).head<2>());
     const auto curve = ClosedCurve::through(level);
-    if (!curve) return {};
+    if (!curve || displacement_of(row->smooth(), *curve)) return {};
     std::vector<std::size_t> open;
     std::vector<Vec2> points;
     for (std::size_t i = 0; i < centres.size(); ++i) {

@@ -27,8 +27,9 @@ struct StrayPoints {
 /// and good ones that it has left out with bad ones beside them: where the section at `z_mm` strays from the surface of
 /// ball centres through all sections, those of its `centres` that lie farther off it than the others' scatter allows,
 /// and those that do not. Of a run of four or five none may be off by less than three tenths of the farthest, and
-/// longer runs are a feature of the part: none of those is taken. Points that are out already (`verdicts`: no contact,
-/// operator, duplicate) or that an operator keeps are passed over. `surface` has been laid; one per input point.
+/// longer runs are a feature of the part: none of those is taken, and none of a section that lies apart as a rigid
+/// whole (displaced_row.hpp). Points that are out already (`verdicts`: no contact, operator, duplicate) or that an
+/// operator keeps are passed over. `surface` has been laid; one per input point.
 StrayPoints stray_points(const SurfaceCompensation& surface, double z_mm, std::span<const Vec2> centres,
                          std::span<const PointVerdict> verdicts);
 

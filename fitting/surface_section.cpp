@@ -8,6 +8,7 @@
 
 #include "fitting/closed_curve.hpp"
 #include "fitting/closest_point.hpp"
+#include "fitting/displaced_row.hpp"
 #include "fitting/section_mover.hpp"
 #include "fitting/slope_forecast.hpp"
 #include "fitting/surface_cut.hpp"
@@ -138,13 +139,14 @@ class SurfaceLook {
         : surface_(surface),
           z_mm_(z_mm),
           of_surface_(of_surface),
+          follows_(of_surface),
           row_(row),
           flat_(flat),
           options_(options),
-          smooth_(smooth),
-          curve_(smooth_.curve) {}
+          smooth_(smooth) {}
 
     core::Result<SurfaceSection> run() {
+        if (auto status = lay_on_surface(); !status) return tl::unexpected(status.error());
         if (auto status = break_at_joints(); !status) return tl::unexpected(status.error());
         for (std::size_t k = 0; k < curve_.spans(); ++k)
             own_.push_back(curve_.pieces()[k][0]);
@@ -153,6 +155,23 @@ class SurfaceLook {
     }
 
   private:
+    /// A section that lies apart as a whole has the lean of the places that it would lie at with the others.
+    core::Status lay_on_surface() {
+        const Surface& surface = surface_.centres()->surface;
+        std::vector<Vec2> level;
+        for (const double u : span_parameters(surface.u(), parts_of_a_span))
+            level.push_back(surface.position({u, z_mm_}).head<2>());
+        auto curve = ClosedCurve::through(level);
+        if (!curve) return tl::unexpected(curve.error());
+        level_curve_ = std::move(*curve);
+        if (const auto displacement = displacement_of(smooth_, level_curve_)) {
+            displacement_ = *displacement;
+            follows_ = false;
+        }
+        curve_ = undone(smooth_.curve, displacement_);
+        return {};
+    }
+
     /// Where the wall leans, the ball meets the end of an edge beside where the cut has it (0.02 mm and more): there
     /// the movement, too, has to bend at once.
     core::Status break_at_joints() {
@@ -185,7 +204,8 @@ class SurfaceLook {
             const double last = places.empty() ? *(above - 1) : std::max(*(above - 1), places.back());
             if (t - last > clear && *above - t > clear) places.push_back(t);
         }
-        smooth_.curve = curve_.broken_at(places);
+        smooth_.curve = smooth_.curve.broken_at(places);
+        curve_ = undone(smooth_.curve, displacement_);
         return {};
     }
 
@@ -195,18 +215,15 @@ class SurfaceLook {
         const double r = options_.ball_radius_mm;
         const auto cut = cut_at_height(surface, -r, z_mm_, span_parameters(surface.u(), parts_of_a_span));
         if (!cut) return tl::unexpected(cut.error());
-        std::vector<Vec2> wanted, level;
-        for (const CutPoint& p : cut->points) {
+        std::vector<Vec2> wanted;
+        for (const CutPoint& p : cut->points)
             wanted.push_back(p.position.head<2>() + r * p.normal.head<2>().normalized());
-            level.push_back(surface.position({p.place.u, z_mm_}).head<2>());
-        }
-        const auto wanted_curve = ClosedCurve::through(wanted), level_curve = ClosedCurve::through(level);
+        const auto wanted_curve = ClosedCurve::through(wanted);
         if (!wanted_curve) return tl::unexpected(wanted_curve.error());
-        if (!level_curve) return tl::unexpected(level_curve.error());
         const std::size_t n = own_.size();
         std::vector<ClosestPoint> feet(n), level_feet(n);
         wanted_curve->closest(own_, feet);
-        level_curve->closest(own_, level_feet);
+        level_curve_.closest(own_, level_feet);
         std::vector<double> off(n);
         for (std::size_t k = 0; k < n; ++k)
             off[k] = level_feet[k].distance_mm;
@@ -216,16 +233,17 @@ class SurfaceLook {
         std::vector<double> u;
         for (const std::size_t i : place)
             u.push_back(cut->points[i].place.u);
-        const NeighbourForecast forecast(surface_, z_mm_, curve_, u);
+        const NeighbourForecast forecast(surface_, z_mm_, smooth_.curve, u);
         for (std::size_t k = 0; k < n; ++k) {
             const double t = curve_.breaks()[k], noise = smooth_.noise.sigma_mm(t);
             const double explained =
-                of_surface_
+                follows_
                     ? std::clamp((own_sigmas * noise - rms[k]) / ((own_sigmas - explained_sigmas) * noise), 0.0, 1.0)
                     : 0.0;
             const CutPoint& p = cut->points[place[k]];
             const Vec2 outward = p.normal.head<2>().normalized();
-            movement_.shift.push_back(feet[k].foot - own_[k] + (1.0 - explained) * off[k] * outward);
+            movement_.shift.push_back(
+                displacement_.apply_to_direction(feet[k].foot - own_[k] + (1.0 - explained) * off[k] * outward));
             movement_.stations.push_back(station(t, p, forecast.slope_error(k, outward)));
             if (explained > 0.0)
                 movement_.stations.back().noise_share = 1.0 + explained * (noise_share(p.place.u, noise, rms[k]) - 1.0);
@@ -257,13 +275,15 @@ class SurfaceLook {
 
     const SurfaceCompensation& surface_;
     double z_mm_;
-    bool of_surface_;
+    bool of_surface_, follows_;  // the latter: as far as its noise explains
     std::size_t row_;
     const SectionFit& flat_;
     const SectionOptions& options_;
-    SmoothCurve smooth_;  // of the section's ball centres, as the surface has it
-    const PiecewiseCubic& curve_;
-    std::vector<Vec2> own_;  // at its breaks
+    SmoothCurve smooth_;        // of the section's ball centres, as the surface has it
+    ClosedCurve level_curve_;   // of the surface at the section's height
+    PlaneMotion displacement_;  // of the section from there
+    PiecewiseCubic curve_;      // the section's without it
+    std::vector<Vec2> own_;     // at its breaks
     SectionMovement movement_;
 };
 

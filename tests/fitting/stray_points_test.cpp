@@ -57,6 +57,13 @@ TEST(StrayPoints, ADentIsNoRunOfBadPoints) {
     }
 }
 
+/// At 4 um of noise 17 good points of a section that was displaced by 25 um were taken for bad.
+TEST(StrayPoints, ASectionThatIsDisplacedKeepsItsPoints) {
+    const FittedBlade fitted(families::Family::fan, 2, {}, 12, 4e-3, {0.015, 0.02});
+    EXPECT_FALSE(fitted.surface.centres()->strays.empty());
+    EXPECT_TRUE(strays_of(fitted, 12).bad.empty());
+}
+
 TEST(StrayPoints, WhatAnOperatorKeepsStays) {
     FittedBlade fitted(families::Family::fan, 28);
     const auto strays = strays_of(fitted, 3).bad;

@@ -23,11 +23,13 @@ struct FittedBlade {
     SurfaceCompensation surface{1.0};
 
     /// `change`: of one row, outwards in mm by the parameter of the place that is touched; bad points it has none then.
+    /// `shift_mm`: of that row, as it was measured.
     FittedBlade(families::Family family, std::uint64_t seed, const std::function<double(double)>& change = {},
-                std::size_t changed_row = 12)
+                std::size_t changed_row = 12, double sigma_mm = 1e-3, const Vec2& shift_mm = Vec2::Zero())
         : blade(family, seed) {
         families::ScanOptions scanning;
         scanning.seed = seed;
+        scanning.sigma_mm = sigma_mm;
         if (change) scanning.bad_share = 0.0;
         rows = families::scan_rows(blade, 25, 2.0, blade.height() - 2.0, scanning);
         for (std::size_t k = 0; k < rows.rows.size(); ++k) {
@@ -37,6 +39,7 @@ struct FittedBlade {
                 const auto foot = outline.closest(p.head<2>());
                 const double by_mm = change && k == changed_row ? change(foot.t) : 0.0;
                 points.push_back(p.head<2>() + by_mm * outline.at(foot.t).normal());
+                if (k == changed_row) points.back() += shift_mm;
             }
             SectionOptions options;
             options.le_hint = outline.le().nose;
