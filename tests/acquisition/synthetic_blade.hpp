@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -127,6 +128,21 @@ inline ReferenceContour reference(const Section& section, double ball_radius_mm)
     return {contour, fitting::ClosedCurve::through(contour.points).value(), ball_radius_mm};
 }
 
+/// How the circle of least squares through an edge answers to its points.
+inline void answer_by_circle(const std::vector<fitting::ContourPoint>& contour, Zone zone, fitting::EdgeFit& edge) {
+    const auto row = [](const auto& point) { return Eigen::Vector3d(point.normal.x(), point.normal.y(), 1.0); };
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    for (const auto& point : contour)
+        if (point.zone == zone) normal += row(point) * row(point).transpose();
+    const Eigen::Matrix3d inverse = normal.inverse();
+    for (std::size_t i = 0; i < contour.size(); ++i) {
+        if (contour[i].zone != zone) continue;
+        const Eigen::Vector3d by = inverse * row(contour[i]);
+        for (Eigen::Index k = 0; k < 3; ++k)
+            edge.slopes[static_cast<std::size_t>(k)].add(i, by[k]);
+    }
+}
+
 /// A fit whose contour is the section moved along its normals by `deviation(point)`.
 template <class Deviation>
 fitting::SectionFit fit_of(const Section& section, const Shape& shape, const Deviation& deviation) {
@@ -151,6 +167,8 @@ fitting::SectionFit fit_of(const Section& section, const Shape& shape, const Dev
     };
     fit.le = arc(section.edge_centre(0.0), shape.le_radius_mm);
     fit.te = arc(section.edge_centre(1.0), shape.te_radius_mm);
+    answer_by_circle(fit.contour, Zone::le, fit.le);
+    answer_by_circle(fit.contour, Zone::te, fit.te);
     fit.le_point_mm = section.nose();
     fit.te_point_mm = section.tail();
     fit.chord_mm = (fit.te_point_mm - fit.le_point_mm).norm();
