@@ -11,11 +11,11 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double texture_factor = 1.4;    // local over global scatter from which the local one counts
-constexpr double sharp_turn_rad = 0.6;    // from chord to chord; a steep run turns so where the cubic goes astray
-constexpr double base_share = 0.35;       // of the gap: slopes over a shorter base would only amplify noise
-constexpr double stride_sigmas = 15.0;    // a step shorter than this has no direction
-constexpr double sampling_share = 0.07;  // of what a step turns away by: less than that is not told from a bad point
+constexpr double texture_factor = 1.4;   // local over global scatter from which the local one counts
+constexpr double sharp_turn_rad = 0.6;   // from chord to chord; a steep run turns so where the cubic goes astray
+constexpr double base_share = 0.35;      // of the gap: slopes over a shorter base would only amplify noise
+constexpr double stride_sigmas = 15.0;   // a step shorter than this has no direction
+constexpr double sampling_share = 0.05;  // of what a step turns away by: less than that is not told from a bad point
 constexpr std::ptrdiff_t longest_stride = 16;
 constexpr std::ptrdiff_t half_a_block = 8;
 
@@ -41,8 +41,8 @@ ChainState::ChainState(std::span<const Vec2> points, bool closed, double floor)
 void ChainState::measure_sampling() {
     for (std::size_t k = 0; k < scatter_.size(); ++k) {
         work_.clear();
-        const auto low = static_cast<std::ptrdiff_t>(k * block);
-        for (std::ptrdiff_t i = low; i < std::min(low + static_cast<std::ptrdiff_t>(block), n_); ++i) {
+        const std::ptrdiff_t last = std::min(static_cast<std::ptrdiff_t>((k + 1) * block), n_);
+        for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(last - static_cast<std::ptrdiff_t>(block), 0); i < last; ++i) {
             if (!exists(i - 1) || !exists(i + 1)) continue;
             const Vec2 in = point(i) - point(i - 1), out = point(i + 1) - point(i);
             work_.push_back(std::abs(cross(in, out)) / std::max({in.norm(), out.norm(), 1e-12}));
