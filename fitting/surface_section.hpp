@@ -12,8 +12,8 @@ namespace cmm::fitting {
 /// one ball radius outwards in the plane, is the curve of which the contour is the plain 2-D offset: the section's own
 /// curve of ball centres is moved onto it, its points with it, and all that follows (edges, joins, loops, zones, sizes)
 /// is fit_section's. Where the section's centres are off the surface by more than their noise explains, they are moved
-/// by the compensation alone and keep what is theirs; where they lie apart as a rigid whole (displaced_row.hpp), by that
-/// of the places that they would lie at without that motion. In hollows that the ball bridges the curve stays, and
+/// by the compensation alone and keep what is theirs; where they lie apart as a rigid whole (displaced_row.hpp), by
+/// that of the places that they would lie at without that motion. In hollows that the ball bridges the curve stays, and
 /// beside them the movement fades over a ball's diameter; it is smaller where the lean is known less well than the 2-D
 /// offset errs, and none from twice that on.
 /// Uncertainty: what the surface has of the section's noise (RowScatter); added by how much the error of the 2-D offset
