@@ -11,11 +11,10 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double texture_factor = 1.4;   // local over global scatter from which the local one counts
-constexpr double sharp_turn_rad = 0.6;   // from chord to chord; a steep run turns so where the cubic goes astray
-constexpr double base_share = 0.35;      // of the gap: slopes over a shorter base would only amplify noise
-constexpr double stride_sigmas = 15.0;   // a step shorter than this has no direction
-constexpr double sampling_share = 0.05;  // of what a step turns away by: less than that is not told from a bad point
+constexpr double texture_factor = 1.4;  // local over global scatter from which the local one counts
+constexpr double sharp_turn_rad = 0.6;  // from chord to chord; a steep run turns so where the cubic goes astray
+constexpr double base_share = 0.35;     // of the gap: slopes over a shorter base would only amplify noise
+constexpr double stride_sigmas = 15.0;  // a step shorter than this has no direction
 constexpr std::ptrdiff_t longest_stride = 16;
 constexpr std::ptrdiff_t half_a_block = 8;
 
@@ -33,22 +32,6 @@ ChainState::ChainState(std::span<const Vec2> points, bool closed, double floor)
     settled_at_.assign(n, 1e9);
     stride_.assign(n / block + 1, 1);
     scatter_.assign(n / block + 1, 0.0);
-    measure_sampling();
-}
-
-/// Where a step turns away from the one before by h^2 k, a jump of the curvature k leaves up to h^2 k / 16 of a cubic,
-/// and more of a prediction over several steps, which no polynomial knows of.
-void ChainState::measure_sampling() {
-    for (std::size_t k = 0; k < scatter_.size(); ++k) {
-        work_.clear();
-        const std::ptrdiff_t last = std::min(static_cast<std::ptrdiff_t>((k + 1) * block), n_);
-        for (std::ptrdiff_t i = std::max<std::ptrdiff_t>(last - static_cast<std::ptrdiff_t>(block), 0); i < last; ++i) {
-            if (!exists(i - 1) || !exists(i + 1)) continue;
-            const Vec2 in = point(i) - point(i - 1), out = point(i + 1) - point(i);
-            work_.push_back(std::abs(cross(in, out)) / std::max({in.norm(), out.norm(), 1e-12}));
-        }
-        least_scatter_.push_back(work_.empty() ? 0.0 : sampling_share * nth_smallest(work_, work_.size() / 2));
-    }
 }
 
 std::ptrdiff_t ChainState::good_beyond(std::ptrdiff_t from, std::ptrdiff_t step, double apart) {
@@ -148,10 +131,10 @@ void ChainState::estimate_scatter() {
             const std::size_t after = k + 1 < blocks ? counts[k + 1] : (closed_ ? counts[0] : 0);
             return before + counts[k] + after;
         };
-        scatter_[k] = std::max(sigma_, least_scatter_[k]);
+        scatter_[k] = sigma_;
         if (10 * sum(quiet) >= 4 * sum(all)) continue;
         const auto low = static_cast<std::ptrdiff_t>(k * block), reach_out = static_cast<std::ptrdiff_t>(block);
-        scatter_[k] = std::max(scatter_[k], quantile(low - reach_out, low + 2 * reach_out, 0.4) / 0.5244);
+        scatter_[k] = std::max(sigma_, quantile(low - reach_out, low + 2 * reach_out, 0.4) / 0.5244);
     }
 }
 

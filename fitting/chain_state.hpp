@@ -34,7 +34,7 @@ class ChainState {
     double ratio(std::ptrdiff_t i) const { return ratio_[index(i)]; }
     /// From the latest prediction that was noted, mm.
     double residual(std::ptrdiff_t i) const { return residual_[index(i)]; }
-    /// Standard deviation of a point, so that the floor is never undercut, nor what the sampling leaves open.
+    /// Standard deviation of a point, so that the floor is never undercut.
     double sigma_at(std::ptrdiff_t i) const { return std::max(scatter_[block_of(i)], floor_ / reject_factor); }
     /// Of the points there, and so many before and after it.
     double largest_sigma(std::ptrdiff_t i, std::ptrdiff_t by) const {
@@ -84,7 +84,6 @@ class ChainState {
     bool has_plain_neighbours(std::ptrdiff_t i) const;
     bool are_plain(std::ptrdiff_t i) const;
     double quantile(std::ptrdiff_t low, std::ptrdiff_t high, double q);
-    void measure_sampling();
     Neighbours neighbours_of(std::ptrdiff_t i);
 
     std::span<const Vec2> points_;
@@ -96,7 +95,6 @@ class ChainState {
     std::vector<double> residual_, threshold_, ratio_, gain_, work_;
     std::vector<double> settled_at_;      // the standard deviation at which a point was last judged
     std::vector<double> scatter_;         // by block: standard deviation of a point
-    std::vector<double> least_scatter_;   // by block: where points are so far apart that the curve between is open
     std::vector<std::ptrdiff_t> stride_;  // by block
 };
 

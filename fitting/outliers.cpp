@@ -40,7 +40,6 @@ class Finder {
                 chain_.test(low - reach, high + reach);
             chain_.estimate_scatter();
         }
-        free_long_runs();
         // Runs beside those that show far more were not looked at.
         if (chain_.any_bad() && lifted.convict()) chain_.estimate_scatter();
         exchange_swapped_runs(chain_);
@@ -173,26 +172,6 @@ class Finder {
             search_.settle(first, last);
         for (std::ptrdiff_t i = low; i <= high; ++i)
             chain_.settled(i);
-    }
-
-    /// Such as were found piece by piece: so long a run is a feature of the part.
-    void free_long_runs() {
-        const std::ptrdiff_t n = chain_.size();
-        const auto is_bad = [&](std::ptrdiff_t i) { return chain_.exists(i) && chain_.state(i) == PointState::bad; };
-        for (std::ptrdiff_t first = 0; first < n; ++first) {
-            if (!is_bad(first) || is_bad(first - 1)) continue;
-            std::ptrdiff_t end = first;
-            while (is_bad(end) && end - first < n)
-                ++end;
-            if (end - first <= static_cast<std::ptrdiff_t>(longest_bad_run)) continue;
-            for (std::ptrdiff_t i = first; i < end; ++i)
-                chain_.state(i) = PointState::good;
-            for (std::ptrdiff_t i = first; i < end; ++i) {
-                Verdict verdict = chain_.judge(i);
-                verdict.corner = true;
-                chain_.note(i, PointState::good, verdict);
-            }
-        }
     }
 
     static void hold(std::vector<Stretch>& stretches, std::ptrdiff_t low, std::ptrdiff_t high) {

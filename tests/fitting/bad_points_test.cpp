@@ -2,12 +2,8 @@
 /// What the search for bad points promises, over the three families of blades, counted point by point.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <iostream>
-#include <numbers>
-#include <utility>
 
-#include "core/rng.hpp"
 #include "fitting/outliers.hpp"
 #include "fitting/section.hpp"
 #include "support/families.hpp"
@@ -103,15 +99,13 @@ struct Case {
 
 /// The search alone, where it is harder. Where the sampling does not resolve the shape, good points have to stay.
 TEST(BadPointsOfFamilies, InHarderScans) {
-    ScanOptions plain, runs, quiet, loud, few, sparse, many, bare, coarse, sides;
+    ScanOptions plain, runs, quiet, loud, few, many, bare, coarse, sides;
     runs.shortest_run = 4;
     runs.longest_run = 5;
     quiet.sigma_mm = 0.3e-3;
     loud.sigma_mm = 3e-3;
     loud.bad_low_mm = 0.060;
     few.points = 400;
-    sparse.points = 200;
-    sparse.sigma_mm = 0.0;
     many.points = 2000;
     bare.ball_mm = 0.0;
     coarse.side_pitch_mm = 0.4;
@@ -119,12 +113,11 @@ TEST(BadPointsOfFamilies, InHarderScans) {
     coarse.bad_low_mm = 0.040;
     sides.bad_at_edges = 0.0;
     sides.longest_run = 5;
-    for (const Case& one :
-         {Case{"runs of 4 and 5", runs, 99.0, 0.05}, Case{"0.3 um", quiet, 99.5, 0.1},
-          Case{"3 um, from 60 um", loud, 99.5, 0.003}, Case{"400 points", few, 98.5, 0.1},
-          Case{"200 points without noise", sparse, 92.0, 0.5}, Case{"2 000 points", many, 99.5, 0.02},
-          Case{"on the part, no ball", bare, 99.0, 0.05}, Case{"0.4 mm, edges 0.1 mm, from 40 um", coarse, 99.0, 0.1},
-          Case{"sides, runs up to 5", sides, 99.5, 0.02}}) {
+    for (const Case& one : {Case{"runs of 4 and 5", runs, 99.0, 0.05}, Case{"0.3 um", quiet, 99.5, 0.1},
+                            Case{"3 um, from 60 um", loud, 99.5, 0.003}, Case{"400 points", few, 98.5, 0.1},
+                            Case{"2 000 points", many, 99.5, 0.02}, Case{"on the part, no ball", bare, 99.0, 0.05},
+                            Case{"0.4 mm, edges 0.1 mm, from 40 um", coarse, 99.0, 0.1},
+                            Case{"sides, runs up to 5", sides, 99.5, 0.02}}) {
         Tally sum;
         for (const Family family : families::all_families) {
             sum.add(by_search(family, one.options, 10, one.options.points > 1000 ? 4 : 10));
@@ -133,45 +126,6 @@ TEST(BadPointsOfFamilies, InHarderScans) {
         EXPECT_GE(sum.found_percent(), one.found_percent) << one.name;
         EXPECT_LE(sum.lost_percent(), one.lost_percent) << one.name;
     }
-}
-
-/// A ball's way round a bar with one round end and one blunt one, at a place `s` along it.
-Vec2 round_blunt_bar(double s, double half_height_mm, double corner_mm, double length_mm) {
-    const double flat = 2.0 * (half_height_mm - corner_mm), quarter = 0.5 * std::numbers::pi * corner_mm;
-    const auto on_circle = [](const Vec2& centre, double radius, double angle) {
-        return Vec2(centre + radius * Vec2(std::cos(angle), std::sin(angle)));
-    };
-    if (s < length_mm) return {s, -half_height_mm};
-    if ((s -= length_mm) < quarter)
-        return on_circle({length_mm, corner_mm - half_height_mm}, corner_mm, s / corner_mm - 0.5 * std::numbers::pi);
-    if ((s -= quarter) < flat) return {length_mm + corner_mm, s - 0.5 * flat};
-    if ((s -= flat) < quarter) return on_circle({length_mm, half_height_mm - corner_mm}, corner_mm, s / corner_mm);
-    if ((s -= quarter) < length_mm) return {length_mm - s, half_height_mm};
-    return on_circle(Vec2::Zero(), half_height_mm, (s - length_mm) / half_height_mm + 0.5 * std::numbers::pi);
-}
-
-/// A few points on the flat between the corners, and on each corner: they look like runs of bad ones where hardly any
-/// noise hides that no polynomial goes through all.
-TEST(BadPoints, OnBluntEdgesAreFormWhereTheyAreSparse) {
-    std::size_t scans = 0, lost = 0;
-    for (const auto& [half_mm, corner_mm] : {std::pair{1.6, 1.02}, {1.6, 1.1}, {1.6, 1.2}, {2.0, 1.01}})
-        for (const double step_mm : {0.18, 0.22, 0.26})
-            for (int phase = 0; phase < 8; ++phase, ++scans) {
-                const double length_mm = 30.0;
-                const double blunt = std::numbers::pi * corner_mm + 2.0 * (half_mm - corner_mm);
-                const double whole = 2.0 * length_mm + blunt + std::numbers::pi * half_mm;
-                std::vector<Vec2> points;
-                core::Rng rng(static_cast<std::uint64_t>(phase));
-                for (double s = 0.1 * phase * step_mm; s < whole;) {
-                    Vec2 point = round_blunt_bar(s, half_mm, corner_mm, length_mm);
-                    points.push_back(point + 1e-4 * Vec2(rng.normal(), rng.normal()));
-                    const bool on_side = s < length_mm - 1.0 || (s > length_mm + blunt + 1.0 && s < whole - 6.0);
-                    s += on_side ? 0.6 : step_mm;
-                }
-                const auto found = find_bad_points(points, true, 0.002);
-                lost += found.count;
-            }
-    EXPECT_LE(lost, 60U) << "in " << scans << " scans";
 }
 
 TEST(BadPointsOfFamilies, OpenChainsAndTheirEnds) {
