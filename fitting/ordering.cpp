@@ -96,7 +96,7 @@ Chain make_chain(std::span<const Vec2> points, const std::vector<std::size_t>& u
 /// Arc length at which the chain is back at its first point, as good[start] tells that it passes again in the same
 /// direction; a negative number where it does not. Bad points beside the start turn its direction: the place is the
 /// foot on the way back.
-double is_back(const Chain& chain, std::size_t start) {
+double back_at(const Chain& chain, std::size_t start) {
     const Vec2 place = chain.good[start];
     const double step = chain.step_near(start, 6);
     std::size_t ahead = start + 1;
@@ -251,7 +251,7 @@ core::Result<Lap> order_lap(std::span<const Vec2> points, const std::vector<std:
     const Chain chain = make_chain(points, usable, options.reject_floor_mm);
     double lap_length = -1.0;
     for (std::size_t start = 0; start < start_tries && lap_length < 0.0; ++start)
-        lap_length = is_back(chain, start);
+        lap_length = back_at(chain, start);
 
     Lap lap;
     if (lap_length > 0.0) {
