@@ -70,18 +70,23 @@ Characteristic edge_radius(const char* name, const fitting::SectionFit& fit, Zon
     return c;
 }
 
-/// The uncertainties of a size between two surfaces: noise in quadrature, offset errors added, as both have one sign.
+/// Of a point's u95 what is added: the errors of the offset of both have one sign, and bounds have none.
+double added_mm(const ContourPoint& p) {
+    return p.offset_error_mm + p.bound_mm;
+}
+
+/// The uncertainties of a size between two surfaces: noise in quadrature, the rest added.
 double size_u95(const ContourPoint& a, const ContourPoint& b) {
-    return std::hypot(a.u95_mm - a.offset_error_mm, b.u95_mm - b.offset_error_mm) + a.offset_error_mm +
-           b.offset_error_mm;
+    return std::hypot(a.u95_mm - added_mm(a), b.u95_mm - added_mm(b)) + added_mm(a) + added_mm(b);
 }
 
 /// Of such a size: what the machine does at both places, as if it did the same at both.
 void add_machine(const fitting::SectionFit& fit, const ContourPoint& a, const ContourPoint& b, Characteristic& c) {
     if (!fit.contour_noise.has_fields()) return;
     fitting::ErrorBudget budget;
-    budget.bound = a.offset_error_mm + b.offset_error_mm + std::abs(a.machine.known_mm) + std::abs(b.machine.known_mm);
-    budget.noise = (*c.u95 - a.offset_error_mm - b.offset_error_mm) / fit.contour_noise.coverage();
+    const double added = added_mm(a) + added_mm(b);
+    budget.bound = added + std::abs(a.machine.known_mm) + std::abs(b.machine.known_mm);
+    budget.noise = (*c.u95 - added) / fit.contour_noise.coverage();
     for (std::size_t k = 0; k < fitting::error_sources; ++k)
         budget.machine[k] = a.machine.standard_mm[k] + b.machine.standard_mm[k];
     c.u95 = fit.contour_noise.coverage() * std::hypot(budget.noise, budget.shared()) + budget.bound;

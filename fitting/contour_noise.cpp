@@ -98,15 +98,16 @@ PlaceLoads ContourNoise::place_loads(std::span<const ContourPoint> contour, cons
 NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const Sensitivity& number,
                                    const BesideContour& beside) const {
     double bound = 0.0, offset = 0.0, weighed = 0.0, in_gaps = 0.0;
-    for (const auto& [point, weight] : merged(number)) {
-        const ContourPoint& p = contour[point];
-        bound += std::abs(weight) * p.bound_mm;
-        offset += weight * p.offset_error_mm;
-        weighed += std::abs(weight);
-        if (!p.measured) in_gaps += std::abs(weight);
-    }
-    for (const auto& [point, weight] : beside.slopes.parts())
+    Sensitivity all = number;
+    all.add(beside.slopes, 1.0);
+    for (const auto& [point, weight] : merged(all)) {
+        bound += std::abs(weight) * contour[point].bound_mm;
         offset += weight * contour[point].offset_error_mm;
+    }
+    for (const auto& [point, weight] : merged(number)) {
+        weighed += std::abs(weight);
+        if (!contour[point].measured) in_gaps += std::abs(weight);
+    }
     NumberUncertainty out;
     const double noise = coverage_ * std::sqrt(variance(contour, number) + beside.variance + plane_.variance(number));
     out.in_gaps = weighed > 0.0 ? in_gaps / weighed : 0.0;
@@ -116,8 +117,6 @@ NumberUncertainty ContourNoise::of(std::span<const ContourPoint> contour, const 
     out.budget.noise = noise / coverage_;
     out.budget.bound = bound + out.offset_error;
     if (!fields_.any()) return out;
-    Sensitivity all = number;
-    all.add(beside.slopes, 1.0);
     add_fields(contour, all, beside.loads, out);
     return out;
 }

@@ -35,7 +35,8 @@ struct NumberUncertainty {
 /// What a number depends on beside the contour's noise.
 struct BesideContour {
     double variance = 0.0;  ///< by what is not in the contour (the radius of an edge's circle)
-    Sensitivity slopes;     ///< of that: by what errs alike (the fields, the 2-D offset) only, its noise is `variance`
+    Sensitivity
+        slopes;  ///< of that: by what errs alike (the fields, the 2-D offset, bounds) only, its noise is `variance`
     FieldLoads loads = FieldLoads::Zero();  ///< by other sections, through an alignment
 };
 

@@ -128,6 +128,24 @@ TEST(Evaluation, LeanWidensTheUncertainty) {
     EXPECT_GT(*across.find("te_radius")->u95, 0.0021 + 0.5 * error);
 }
 
+TEST(Evaluation, WhatIsNotKnownOfALeanWidensSizesAndRadii) {
+    constexpr double doubt = 0.003;
+    const Shape shape;
+    const Section section(shape);
+    auto fit = fit_of(section, shape, [](const auto&) { return 0.002; });
+    for (auto& point : fit.contour) {
+        point.bound_mm = doubt;
+        point.u95_mm += doubt;
+    }
+    const NominalContour nominal{40.0, synthetic::positions(section.contour()), 0.0, {}};
+    const ReferenceContour reference(nominal, fitting::ClosedCurve::through(nominal.points).value(), 1.0);
+    const auto result = evaluate_section({}, fit, &reference, limits());
+    EXPECT_NEAR(*result.find("max_thickness")->u95, std::sqrt(2.0) * 0.0007 + 2.0 * doubt, nanometre);
+    // As wide as if all of the edge were off by it, at least: what is not known has no sign.
+    EXPECT_GT(*result.find("te_radius")->u95, 0.0021 + std::sqrt(1.2) * doubt - nanometre);
+    EXPECT_LT(*result.find("te_radius")->u95, 0.0021 + 4.0 * doubt);
+}
+
 fitting::PiecewiseCubic polygon(const std::vector<Eigen::Vector2d>& corners) {
     std::vector<fitting::PiecewiseCubic::Piece> sides;
     std::vector<double> breaks{0.0};
