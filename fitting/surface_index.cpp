@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "fitting/cell_order.hpp"
+#include "fitting/foot_step.hpp"
 #include "fitting/group_order.hpp"
 #include "fitting/lane_bits.hpp"
 
@@ -17,10 +18,6 @@ namespace {
 constexpr double no_bound = std::numeric_limits<double>::infinity();
 // What could be nearer by less than this does not matter.
 constexpr double indifferent_foot_mm = 0.5e-6, indifferent_share = 1e-12;
-// Newton's last step: it leaves its square times the curvature, k, of the foot, and k^3 times its fourth power of the
-// distance: on an edge of 0.1 mm radius 10 nm and less than 0.001 nm.
-constexpr double last_step_mm = 1e-3;
-constexpr int most_foot_steps = 20;
 constexpr double foot_rounding = 1e-14;
 // Of a patch of the tree: a tangent that turns more makes loose bounds.
 constexpr double patch_turn = 0.25;
@@ -33,45 +30,6 @@ constexpr std::size_t cubes = 32 * 32 * 32, least_in_order = 512;
 // More than rounding to single precision does to a coordinate and to the square of a distance; and than reckoning in it
 // does to a distance, as a share of the largest coordinate. Beyond `farthest_exact_mm` nothing is excluded by it.
 constexpr double rounding_of_float = 0x1p-22, single_precision = 0x1p-19, farthest_exact_mm = 1e6;
-
-/// Gradient and second derivatives of |S - p|^2 / 2.
-struct Slope {
-    double gu, gv, huu, huv, hvv;
-    double euu, euv, evv;  // first fundamental form
-
-    Slope(const SurfaceJet& jet, const Vec3& r)
-        : gu(jet.du.dot(r)),
-          gv(jet.dv.dot(r)),
-          huu(0.0),
-          huv(0.0),
-          hvv(0.0),
-          euu(jet.du.squaredNorm()),
-          euv(jet.du.dot(jet.dv)),
-          evv(jet.dv.squaredNorm()) {
-        huu = euu + r.dot(jet.duu);
-        huv = euv + r.dot(jet.duv);
-        hvv = evv + r.dot(jet.dvv);
-        if (!(huu > 0.0 && hvv > 0.0 && huu * hvv - huv * huv > 1e-3 * euu * evv)) huu = euu, huv = euv, hvv = evv;
-    }
-    /// Squared length of a step on the surface.
-    double length(double du, double dv) const { return euu * du * du + 2.0 * euv * du * dv + evv * dv * dv; }
-};
-
-struct Step {
-    double u = 0.0, v = 0.0;
-};
-
-/// Newton's step; a direction in which the bound holds it back is left out.
-Step step_of(const Slope& s, bool free_u, bool free_v) {
-    if (free_u && free_v) {
-        const double det = s.huu * s.hvv - s.huv * s.huv;
-        if (!(det > 0.0)) return {};
-        return {(s.huv * s.gv - s.hvv * s.gu) / det, (s.huv * s.gu - s.huu * s.gv) / det};
-    }
-    if (free_u) return {s.huu > 0.0 ? -s.gu / s.huu : 0.0, 0.0};
-    if (free_v) return {0.0, s.hvv > 0.0 ? -s.gv / s.hvv : 0.0};
-    return {};
-}
 
 float float_below(double value) {
     return static_cast<float>(value - rounding_of_float * std::abs(value));
@@ -95,39 +53,7 @@ std::pair<PatchDomain, PatchDomain> halves(const PatchDomain& domain, bool in_u)
     return {first, second};
 }
 
-bool held(double at, double low, double high, double gradient) {
-    return (at <= low && gradient > 0.0) || (at >= high && gradient < 0.0);
-}
-
 }  // namespace
-
-std::optional<SurfaceFoot> newton_foot(const Surface& surface, const Vec3& p, const SurfacePlace& start,
-                                       SurfaceSpans& near, SearchCost* cost) {
-    const CubicAxis &axis_u = surface.u(), &axis_v = surface.v();
-    SurfacePlace at{axis_u.inside(start.u), axis_v.inside(start.v)};
-    auto& [i, j] = near;
-    i = axis_u.span_of(at.u, i);
-    j = axis_v.span_of(at.v, j);
-    for (int step = 0; step < most_foot_steps; ++step) {
-        const SurfaceJet jet = surface.jet_in(i, j, at);
-        const Vec3 r = jet.position - p;
-        const Slope slope(jet, r);
-        const bool free_u = axis_u.closed() || !held(at.u, axis_u.front(), axis_u.back(), slope.gu);
-        const Step move = step_of(slope, free_u, !held(at.v, axis_v.front(), axis_v.back(), slope.gv));
-        if (cost != nullptr) ++cost->steps;
-        const SurfacePlace next{axis_u.inside(at.u + move.u), axis_v.inside(at.v + move.v)};
-        const bool whole = next.v == at.v + move.v && (axis_u.closed() || next.u == at.u + move.u);
-        const double squared = slope.length(move.u, move.v);
-        if (!std::isfinite(squared)) break;
-        at = next;
-        i = axis_u.span_of(at.u, i);
-        j = axis_v.span_of(at.v, j);
-        if (squared < last_step_mm * last_step_mm && whole)
-            return SurfaceFoot{at, (surface.position_in(i, j, at) - p).squaredNorm()};
-    }
-    if (cost != nullptr) ++cost->failures;
-    return std::nullopt;
-}
 
 SurfaceIndex::SurfaceIndex(const Surface& surface) : surface_(surface) {
     const CubicAxis &u = surface.u(), &v = surface.v();
@@ -381,18 +307,19 @@ void SurfaceIndex::minimise(const Vec3& p, const PatchDomain& domain, Best& best
         }
         last = squared;
         best.take({at, squared}, false);
-        const Slope slope(jet, r);
-        const bool free_u = !held(at.u, domain.u0, domain.u1, slope.gu);
-        const bool free_v = !held(at.v, domain.v0, domain.v1, slope.gv);
-        const Step move = step_of(slope, free_u, free_v);
+        const FootSlope slope(jet, r);
+        const bool free_u = !held_at_bound(at.u, domain.u0, domain.u1, slope.gu);
+        const bool free_v = !held_at_bound(at.v, domain.v0, domain.v1, slope.gv);
+        const FootStep move = foot_step(slope, free_u, free_v);
         const SurfacePlace next = domain.clamped({at.u + move.u, at.v + move.v});
         const double length = slope.length(next.u - at.u, next.v - at.v);
         before = at;
         at = next;
-        if (!(length > last_step_mm * last_step_mm)) {
+        if (!(length > longest_last_foot_step_mm * longest_last_foot_step_mm)) {
             const bool inside = next.u == before.u + move.u && next.v == before.v + move.v;
             const double there = (surface_.position_in(domain.span_u, domain.span_v, at) - p).squaredNorm();
             best.take({at, there}, free_u && free_v && inside);
+            if (!is_last_foot_step(length, there) && length > 0.0) continue;
             // The step may gain nothing but rounding: then the place before it is the minimum.
             if (best.foot.place.u == before.u && best.foot.place.v == before.v) best.stationary = free_u && free_v;
             return;

@@ -211,6 +211,27 @@ TEST(SurfaceIndex, NothingIsNearerOnBladesWhateverTheHint) {
     }
 }
 
+TEST(SurfaceIndex, PointsOnItAreOnItWhereverNewtonEnds) {
+    for (const auto family : families::all_families) {
+        const families::TwistedBlade blade(family, 3);
+        const Surface s = blade_surface(blade, 400, 16);
+        const SurfaceIndex index(s);
+        core::Rng rng(8);
+        double farthest = 0.0, farthest_along = 0.0;
+        for (int k = 0; k < 5000; ++k) {
+            const SurfacePlace at{rng.uniform(0, 1), rng.uniform(0, blade.height())};
+            const double beside = std::pow(10.0, rng.uniform(-6, -2));
+            const SurfacePlace hint{at.u + beside * rng.uniform(-1, 1), at.v + 50 * beside * rng.uniform(-1, 1)};
+            farthest = std::max(farthest, std::sqrt(index.closest(s.position(at), hint).squared));
+            SurfaceSpans near;
+            const auto foot = newton_foot(s, s.position(at), hint, near);
+            if (foot) farthest_along = std::max(farthest_along, std::sqrt(foot->squared));
+        }
+        EXPECT_LT(farthest, one_nm) << blade.name();
+        EXPECT_LT(farthest_along, one_nm) << blade.name();
+    }
+}
+
 TEST(SurfaceIndex, ManyPointsInAnyOrder) {
     const families::TwistedBlade blade(families::Family::compressor, 5);
     const Surface s = blade_surface(blade, 400, 16);
