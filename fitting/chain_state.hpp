@@ -30,12 +30,15 @@ class ChainState {
     bool exists(std::ptrdiff_t i) const { return closed_ || (i >= 0 && i < n_); }
     const Vec2& point(std::ptrdiff_t i) const { return points_[index(i)]; }
     PointState& state(std::ptrdiff_t i) { return state_[index(i)]; }
+    PointState state(std::ptrdiff_t i) const { return state_[index(i)]; }
     /// Of the four-neighbour test, in standard deviations of a point.
     double ratio(std::ptrdiff_t i) const { return ratio_[index(i)]; }
     /// From the latest prediction that was noted, mm.
     double residual(std::ptrdiff_t i) const { return residual_[index(i)]; }
     /// Standard deviation of a point, so that the floor is never undercut.
     double sigma_at(std::ptrdiff_t i) const { return std::max(scatter_[block_of(i)], floor_ / reject_factor); }
+    /// Of most points of the chain, so that the floor is never undercut.
+    double least_sigma() const { return std::max(sigma_, floor_ / reject_factor); }
     /// Of the points there, and so many before and after it.
     double largest_sigma(std::ptrdiff_t i, std::ptrdiff_t by) const {
         double sigma = sigma_at(i);

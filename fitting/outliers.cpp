@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "fitting/chain_state.hpp"
+#include "fitting/coarse_runs.hpp"
 #include "fitting/excused_runs.hpp"
 #include "fitting/lifted_runs.hpp"
 #include "fitting/stretch_search.hpp"
@@ -43,6 +44,8 @@ class Finder {
         // Runs beside those that show far more were not looked at.
         if (chain_.any_bad() && lifted.convict()) chain_.estimate_scatter();
         exchange_swapped_runs(chain_);
+        // What the scan is too coarse to tell.
+        free_coarse_runs(chain_);
         return chain_.report();
     }
 

@@ -2,8 +2,11 @@
 /// What the search for bad points promises, over the three families of blades, counted point by point.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <iostream>
+#include <numbers>
 
+#include "core/rng.hpp"
 #include "fitting/outliers.hpp"
 #include "fitting/section.hpp"
 #include "support/families.hpp"
@@ -126,6 +129,86 @@ TEST(BadPointsOfFamilies, InHarderScans) {
         EXPECT_GE(sum.found_percent(), one.found_percent) << one.name;
         EXPECT_LE(sum.lost_percent(), one.lost_percent) << one.name;
     }
+}
+
+/// The way of a ball round a bar with a round end and a blunt one, counter-clockwise, at a place along it; how far the
+/// points are apart there.
+struct BluntBar {
+    double half_height_mm, corner_mm, edge_step_mm;
+    static constexpr double length_mm = 30.0, side_step_mm = 0.6;
+
+    double quarter() const { return 0.5 * std::numbers::pi * corner_mm; }
+    double flat() const { return 2.0 * (half_height_mm - corner_mm); }
+    double edge_end() const { return length_mm + 2.0 * quarter() + flat(); }
+    double round_begin() const { return edge_end() + length_mm; }
+    double whole() const { return round_begin() + std::numbers::pi * half_height_mm; }
+
+    Vec2 at(double s) const {
+        const auto on_arc = [](double x, double y, double radius, double along) {
+            const double angle = along / radius;
+            return Vec2(x + radius * std::sin(angle), y - radius * std::cos(angle));
+        };
+        const double low = corner_mm - half_height_mm, half_turn = 2.0 * quarter();
+        if (s < length_mm) return {s, -half_height_mm};
+        if ((s -= length_mm) < quarter()) return on_arc(length_mm, low, corner_mm, s);
+        if ((s -= quarter()) < flat()) return {length_mm + corner_mm, low + s};
+        if ((s -= flat()) < quarter()) return on_arc(length_mm, -low, corner_mm, s + 0.5 * half_turn);
+        if ((s -= quarter()) < length_mm) return {length_mm - s, half_height_mm};
+        return on_arc(0.0, 0.0, half_height_mm, s - length_mm + std::numbers::pi * half_height_mm);
+    }
+    double step_at(double s) const {
+        const bool on_side = s < length_mm - 1.0 || (s > edge_end() + 1.0 && s < round_begin() - 1.0);
+        return on_side ? side_step_mm : edge_step_mm;
+    }
+};
+
+struct BluntScan {
+    std::vector<Vec2> points;
+    std::vector<std::size_t> on_flat;
+};
+
+BluntScan scan_of(const BluntBar& bar, std::uint64_t seed) {
+    BluntScan scan;
+    core::Rng rng(seed);
+    for (double s = 0.05 * static_cast<double>(seed) * bar.edge_step_mm; s < bar.whole(); s += bar.step_at(s)) {
+        if (std::abs(s - 0.5 * (BluntBar::length_mm + bar.edge_end())) < 0.5 * bar.flat())
+            scan.on_flat.push_back(scan.points.size());
+        scan.points.push_back(bar.at(s) + 1e-4 * Vec2(rng.normal(), rng.normal()));
+    }
+    return scan;
+}
+
+template <class Check>
+void on_blunt_edges(const Check& check) {
+    for (const double corner_mm : {1.02, 1.1, 1.2})
+        for (const double step_mm : {0.18, 0.22, 0.26})
+            for (std::uint64_t seed = 0; seed < 20; ++seed)
+                check(scan_of({1.6, corner_mm, step_mm}, seed));
+}
+
+/// Three to six points on the flat between two corners: no polynomial goes through them and the arcs, but the ball's
+/// way bends nowhere else than on an arc.
+TEST(BadPoints, OnCoarseBluntEdgesGoodOnesStay) {
+    std::size_t scans = 0, lost = 0;
+    on_blunt_edges([&](const BluntScan& scan) {
+        ++scans;
+        lost += find_bad_points(scan.points, true, 0.002).count;
+    });
+    EXPECT_EQ(lost, 0U) << "in " << scans << " scans";
+}
+
+/// One point in the middle of the flat. Neighbours that turn so far are poor witnesses: where it stays, good ones go.
+TEST(BadPoints, OnCoarseBluntEdgesMostAreFound) {
+    std::size_t bad = 0, missed = 0;
+    for (const double off_mm : {-0.06, -0.03, 0.03, 0.06}) {
+        on_blunt_edges([&](BluntScan scan) {
+            const std::size_t there = scan.on_flat[scan.on_flat.size() / 2];
+            scan.points[there].x() += off_mm;
+            ++bad;
+            missed += !find_bad_points(scan.points, true, 0.002).bad[there];
+        });
+    }
+    EXPECT_LE(missed, 160U) << "of " << bad;
 }
 
 TEST(BadPointsOfFamilies, OpenChainsAndTheirEnds) {
