@@ -46,7 +46,8 @@ std::string dmis_text(std::string_view text) {
     return out + "'";
 }
 
-/// Statements, each on lines of at most 80 characters: '$' at the end of a line means that the next one goes on.
+/// Statements and remarks on lines of at most 80 characters: '$' at the end of a line means that the next one goes on,
+/// each line of a remark begins like one. A longer text in apostrophes is not broken.
 class DmisText {
   public:
     void statement(std::string_view text) {
@@ -67,12 +68,27 @@ class DmisText {
         text_ += "\r\n";
     }
     void remark(const std::string& text) {
-        const auto printable = dmis_text(text);
-        text_ += "$$ " + printable.substr(1, printable.size() - 2) + "\r\n";
+        const auto quoted = dmis_text(text);
+        std::string_view left = std::string_view(quoted).substr(1, quoted.size() - 2);
+        const std::size_t room = longest_dmis_line - remark_mark.size();
+        while (left.size() > room) {
+            const std::size_t blank = left.rfind(' ', room);
+            const bool at_blank = blank != std::string_view::npos && blank > 0;
+            remark_line(left.substr(0, at_blank ? blank : room));
+            left.remove_prefix(at_blank ? blank + 1 : room);
+        }
+        remark_line(left);
     }
     std::string finish() && { return std::move(text_); }
 
   private:
+    static constexpr std::string_view remark_mark = "$$ ";
+    void remark_line(std::string_view text) {
+        text_ += remark_mark;
+        text_ += text;
+        text_ += "\r\n";
+    }
+
     std::string text_;
 };
 

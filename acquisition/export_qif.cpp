@@ -136,8 +136,7 @@ class QifDocument {
             element("InspectionStatus", element("InspectionStatusEnum", inspection_status(part_)));
         std::string measured =
             "<MeasurementResults id=\"" + std::to_string(results) + "\">\n" +
-            element("InspectionTraceability", element("ReportNumber", escape(part_.run_id)) +
-                                                  element("InspectionStart", escape(part_.started_utc))) +
+            element("InspectionTraceability", element("ReportNumber", escape(part_.run_id)) + inspection_start()) +
             "\n";
         if (!measurements_.empty())
             measured += "<MeasuredCharacteristics>\n" + list("CharacteristicMeasurements", measurements_) +
@@ -156,6 +155,11 @@ class QifDocument {
 
   private:
     int next_id() { return ++last_id_; }
+
+    /// Of point files nobody knows when they were measured, and a time must not be empty.
+    std::string inspection_start() const {
+        return part_.started_utc.empty() ? "" : element("InspectionStart", escape(part_.started_utc));
+    }
 
     static std::string standard(int id, std::string_view designator, std::string_view title) {
         return "<Standard id=\"" + std::to_string(id) + "\">" +

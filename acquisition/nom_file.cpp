@@ -50,6 +50,7 @@ class NomReader {
             const auto inches = file_.inches(line);
             if (!inches) return tl::unexpected(inches.error());
             if (!nom_.sections.empty()) return file_.wrong(line, 0, "UNITS must stand before the first SECTION");
+            if (units_ && nom_.inches != *inches) return file_.wrong(line, 1, "UNITS says something else than before");
             nom_.inches = *inches;
             units_ = true;
             scale_ = *inches ? mm_of_inch : 1.0;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "acquisition/delimited_file.hpp"
@@ -106,6 +107,8 @@ class TolReader {
             const auto inches = file_.inches(line);
             if (!inches) return tl::unexpected(inches.error());
             if (has_numbers_) return file_.wrong(line, 0, "UNITS must stand before the first length");
+            if (units_ && *units_ != *inches) return file_.wrong(line, 1, "UNITS says something else than before");
+            units_ = *inches;
             scale_ = *inches ? mm_of_inch : 1.0;
             return {};
         }
@@ -257,6 +260,7 @@ class TolReader {
     std::string name_;
     std::span<const std::string> skip_;
     double scale_;
+    std::optional<bool> units_;  // inches, where the file says so
     bool are_limits_ = false, has_numbers_ = false;
     TolFile tol_;
 };

@@ -26,6 +26,7 @@ class DmisReader {
     explicit DmisReader(const std::string& text) {
         std::string whole;
         std::size_t at = 0;
+        bool in_remark = false;
         while (at < text.size()) {
             const auto end = text.find("\r\n", at);
             EXPECT_NE(end, std::string::npos) << "every line ends";
@@ -33,9 +34,15 @@ class DmisReader {
             std::string line = text.substr(at, end - at);
             at = end + 2;
             if (line.starts_with("$$")) {
-                remarks_.push_back(line.substr(3));
+                EXPECT_LE(line.size(), 80U) << line;
+                if (in_remark)
+                    remarks_.back() += " " + line.substr(3);
+                else
+                    remarks_.push_back(line.substr(3));
+                in_remark = true;
                 continue;
             }
+            in_remark = false;
             EXPECT_LE(line.size(), 81U) << line;
             const bool goes_on = line.ends_with('$');
             if (goes_on) line.pop_back();

@@ -36,6 +36,9 @@ TEST_F(QifTest, DocumentsAreValid) {
     EXPECT_EQ(complaints(qif_xml(part_of({section_at(0, 0.0), section_at(1, 0.2)}))), "");
     EXPECT_EQ(complaints(qif_xml(part_of({section_at(0, 0.0, false), open_section(1)}))), "");
     EXPECT_EQ(complaints(qif_xml(part_of({}))), "");
+    auto of_points = part_of({section_at(0, 0.0)});
+    of_points.started_utc.clear();
+    EXPECT_EQ(complaints(qif_xml(of_points)), "") << "point files do not say when they were measured";
     auto asked = section_at(0, 0.0);
     for (const Unit unit : {Unit::mm, Unit::rad, Unit::mm2, Unit::per_mm, Unit::share, Unit::count})
         for (const bool upper : {true, false})

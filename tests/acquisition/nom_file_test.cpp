@@ -185,6 +185,7 @@ TEST(NomFile, SaysWhereAndWhatIsWrong) {
     for (const auto& [from, to, said] :
          {Spoiled{"UNITS MM\n", "", "b.nom:2:1: UNITS INCH or UNITS MM must stand before"},
           Spoiled{"UNITS MM", "UNITS CM", "b.nom:1:7: UNITS must be INCH or MM"},
+          Spoiled{"UNITS MM", "UNITS INCH\nUNITS MM", "b.nom:2:7: UNITS says something else than before"},
           Spoiled{"NUM_SECT 1\n", "", "no line NUM_SECT"},
           Spoiled{"NUM_SECT 1", "NUM_SECT 2", "NUM_SECT says 2 sections, the file has 1"},
           Spoiled{"NUM_SECT 1", "NUM_SECT 1.5", "b.nom:2:10: NUM_SECT must be a whole number"},

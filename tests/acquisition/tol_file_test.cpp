@@ -152,6 +152,7 @@ TEST(TolFile, SaysWhereAndWhatIsWrong) {
           Case{"SECTION D-D\nCHORD 1 -1\n", "b.tol:1:1: the nominal has no section 'D-D'; it has A-A, B-B, C-C"},
           Case{"ROOTSECT\n", "b.tol:1:1: ROOTSECT needs the name of a section"},
           Case{"CHORD 1 -1\nUNITS MM\n", "b.tol:2:1: UNITS must stand before the first length"},
+          Case{"UNITS MM\nUNITS INCH\nCHORD 1 -1\n", "b.tol:2:7: UNITS says something else than before"},
           Case{"SETTOL 1\n", "b.tol:1:8: '1' is more than SETTOL takes"},
           Case{"! nothing\n", "b.tol: there is nothing but comments in it"}}) {
         const auto specs = asked(text);
