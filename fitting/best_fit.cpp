@@ -14,9 +14,10 @@ namespace {
 constexpr std::size_t enough_points = 400;  // least squares of a smooth contour: more tell nothing
 constexpr std::size_t least_points = 12;
 constexpr int most_fit_rounds = 60;
-constexpr double still = 1e-7;          // mm, and rad times the section's size
-constexpr double least_weight = 1e-9;   // of a direction against the best known one: below, it is not determined
-constexpr double no_gain = 1e-10;       // of the largest distance, in the unit of the objective
+constexpr double still = 1e-7;         // mm, and rad times the section's size
+constexpr double least_weight = 1e-9;  // of a direction against the best known one: below, it is not determined
+constexpr double no_gain_mm = 1e-9;    // of the largest distance: where edges of its graph meet at a blunt angle, steps
+                                       // go to and fro without end for less
 constexpr double least_shorter = 1e-6;  // of a min-max step
 
 /// Of the free numbers, three at most.
@@ -75,6 +76,8 @@ class Fitter {
         size_mm_ = std::sqrt(area) + 1e-12;
         for (std::size_t m = 0; m < members.size(); ++m)
             choose(m);
+        for (const Taken& taken : taken_)
+            least_unit_ = std::min(least_unit_, unit_of(taken));
         fit_.slopes.resize(members.size());
     }
 
@@ -83,10 +86,17 @@ class Fitter {
         if (taken_.size() < least_points) return cannot_fit("best fit: too few points");
         find_feet();
         const bool squares = options_.objective == FitObjective::least_squares;
+        bool sought_here = true;
         for (fit_.rounds = 1; fit_.rounds <= most_fit_rounds; ++fit_.rounds) {
             const auto moved = squares ? squares_step() : min_max_step();
             if (!moved) return tl::unexpected(moved.error());
-            if (*moved < still) {
+            if (*moved >= still) {
+                sought_here = false;
+            } else if (!sought_here) {
+                // Of a part that lay far off some feet began on the other side or beyond an edge, and stayed there.
+                find_feet();
+                sought_here = true;
+            } else {
                 describe();
                 return std::move(fit_);
             }
@@ -268,7 +278,7 @@ class Fitter {
             fit_.motion = from;
             move_by(share * move);
             if (auto status = look(); !status) return tl::unexpected(status.error());
-            if (worst_ < before - no_gain) return share * move.norm();
+            if (worst_ < before - no_gain_mm / least_unit_) return share * move.norm();
         }
         fit_.motion = from;
         if (auto status = look(); !status) return tl::unexpected(status.error());
@@ -297,6 +307,7 @@ class Fitter {
     std::vector<Eigen::Index> free_;
     std::vector<Taken> taken_;
     double size_mm_ = 1.0;
+    double least_unit_ = 1.0;
     double worst_ = 0.0;  // largest distance from a middle, in the unit of the objective
     BestFit fit_;
 };

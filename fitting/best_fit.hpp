@@ -63,9 +63,9 @@ struct BestFit {
 /// along the normals of the nominal, each point weighing the length of contour that it stands for, so that a densely
 /// measured edge does not outweigh a side (Chen and Medioni 1992); for the two others the exact linear min-max step
 /// (chebyshev.hpp), shortened until it gets better. Points whose nearest place on the nominal faces the other way take
-/// no part. The uncertainty of a min-max motion is first order by the points that it rests on. Errors:
-/// fit_not_evaluable (fewer than 12 points, a motion that they do not determine, no convergence), usage (nothing may
-/// move).
+/// no part; where it stands still all nearest places are sought anew, until that moves nothing. The uncertainty of a
+/// min-max motion is first order by the points that it rests on. Errors: fit_not_evaluable (fewer than 12 points, a
+/// motion that they do not determine, no convergence), usage (nothing may move).
 core::Result<BestFit> fit_to_nominal(const ContourGeometry& contour, const ClosedCurve& nominal,
                                      const BestFitOptions& options = {}, std::span<const char> use = {});
 /// All sections by one motion; a section weighs its length.

@@ -127,6 +127,41 @@ TEST(BestFit, APerturbedNominalIsFoundBack) {
     }
 }
 
+/// From far off some feet begin on the other side or beyond an edge: the fit must not stay with them.
+TEST(BestFit, FromFarOffItIsThatFromNearby) {
+    const auto bump = [](double t) {
+        return 0.012 * std::cos(std::numbers::pi * t) + 0.008 * std::cos(2.5 * std::numbers::pi * t + 1.9) +
+               0.015 * std::exp(-150.0 * (t - 1.2) * (t - 1.2));
+    };
+    for (const std::uint64_t seed : {4u, 9u, 14u}) {
+        const auto section = blade(seed);
+        const auto nominal = curve_of(section);
+        const auto near = motion_about_centre(section, {0.0, 0.0}, 0.0);
+        const auto far = motion_about_centre(section, {3.0, -4.0}, 20.0 * std::numbers::pi / 180.0);
+        const auto contour_near = contour_of(section, near, bump, 2400);
+        const auto contour_far = contour_of(section, far, bump, 2400);
+        for (const auto objective : objectives)
+            for (const bool sides_only : {false, true}) {
+                BestFitOptions options;
+                options.objective = objective;
+                if (sides_only) options.zones = {false, true, false, true};
+                options.tolerance = {ToleranceZone{0.0, 0.03}, {0.0, 0.05}, {0.0, 0.03}, {0.0, 0.05}};
+                const auto here = fit_to_nominal(ContourGeometry(contour_near), nominal, options);
+                const auto there = fit_to_nominal(ContourGeometry(contour_far), nominal, options);
+                ASSERT_TRUE(here) << to_string(objective) << ": " << here.error().message;
+                ASSERT_TRUE(there) << to_string(objective) << ": " << there.error().message;
+                const bool squares = objective == FitObjective::least_squares;
+                const double before = squares ? here->rms_mm : here->largest_mm;
+                const double after = squares ? there->rms_mm : there->largest_mm;
+                if (objective != FitObjective::into_tolerance) {
+                    EXPECT_NEAR(after, before, 1e-6) << seed << " " << sides_only;
+                }
+                EXPECT_NEAR(there->motion.turn_rad - far.turn_rad, here->motion.turn_rad, 2e-6)
+                    << to_string(objective) << " " << seed << " " << sides_only;
+            }
+    }
+}
+
 TEST(BestFit, SeveralSectionsMoveAsOneBody) {
     const std::array sections{blade(4), blade(5), blade(6)};
     PlaneMotion put;
