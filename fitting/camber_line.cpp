@@ -23,6 +23,18 @@ core::Result<CamberPlace> no_camber(const char* why) {
 
 }  // namespace
 
+double CamberEnd::Arc::ordinate(double x) const {
+    if (!(radius > 0.0)) return 0.0;
+    const double along = x - centre.x();
+    return centre.y() + side * std::sqrt(std::max(0.0, radius * radius - along * along));
+}
+
+double CamberEnd::Arc::slope(double x) const {
+    if (!(radius > 0.0)) return 0.0;
+    const double along = std::clamp(x - centre.x(), -0.999 * radius, 0.999 * radius);
+    return -side * along / std::sqrt(radius * radius - along * along);
+}
+
 Eigen::RowVector4d CamberEnd::powers(double x) const {
     const double w = x / unit_mm_;
     return {1.0, w, w * w, w * w * w};

@@ -17,10 +17,20 @@ struct CamberPlace {
 };
 
 /// Where the camber line leaves the section: the nose or tail point N. Inside the edge an inscribed circle is the edge
-/// itself and the direction of the line is not defined by it, so the line is continued: a cubic by least squares
-/// through the centres of inscribed circles between 2 edge scales and 2 scales + 0.12 perimeters from N.
+/// itself and the direction of the line is not defined by it, so the line is continued: a cubic by least squares,
+/// beside the chosen straight line or arc, through the centres of inscribed circles between 2 edge scales and 2 scales
+/// + 0.12 perimeters from N.
 class CamberEnd {
   public:
+    /// What the cubic stands on: of an arc that turns much, a cubic beside a straight line goes astray.
+    struct Arc {
+        Vec2 centre = Vec2::Zero();
+        double radius = 0.0;  ///< 0: straight, ordinate 0
+        double side = 1.0;    ///< of the centre on which the line lies
+        double ordinate(double x) const;
+        double slope(double x) const;
+    };
+
     const Vec2& point() const { return point_; }
     const ContourPlace& place() const { return place_; }
     const Vec2& inward() const { return inward_; }  ///< unit, direction of the camber line there
@@ -32,8 +42,11 @@ class CamberEnd {
     friend class CamberLine;
     Eigen::RowVector4d powers(double x) const;
     Eigen::RowVector4d slopes(double x) const;
-    Vec2 on_cubic(double x) const { return origin_ + x * axis_ + powers(x).dot(cubic_) * left_of(axis_); }
-    Vec2 direction(double x) const { return (axis_ + slopes(x).dot(cubic_) * left_of(axis_)).normalized(); }
+    double ordinate(double x) const { return arc_.ordinate(x) + powers(x).dot(cubic_); }
+    Vec2 on_cubic(double x) const { return origin_ + x * axis_ + ordinate(x) * left_of(axis_); }
+    Vec2 direction(double x) const {
+        return (axis_ + (arc_.slope(x) + slopes(x).dot(cubic_)) * left_of(axis_)).normalized();
+    }
     void add_cubic(const ContourGeometry& contour, double x, double weight, Sensitivity& number) const;
 
     Vec2 point_ = Vec2::Zero(), inward_ = Vec2::UnitX();
@@ -42,8 +55,9 @@ class CamberEnd {
     double x_ = 0.0;                                            // of N in the frame of the cubic
     Vec2 origin_ = Vec2::Zero(), axis_ = Vec2::UnitX();         // axis: into the section
     double first_mm_ = 0.0, unit_mm_ = 1.0;                     // where the circles begin, and the scale of x
-    Eigen::Vector4d cubic_ = Eigen::Vector4d::Zero();
-    Eigen::Matrix<double, 4, Eigen::Dynamic> fit_;  // the cubic's coefficients from the centres' ordinates
+    Arc arc_;
+    Eigen::Vector4d cubic_ = Eigen::Vector4d::Zero();  // beside the arc
+    Eigen::Matrix<double, 4, Eigen::Dynamic> fit_;     // the cubic's coefficients from the centres' ordinates
     std::vector<InscribedCircle> circles_;
     Vec2 across_ = Vec2::UnitY();  // in which the circles were sought
 };

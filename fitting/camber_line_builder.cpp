@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "fitting/circle.hpp"
+
 namespace cmm::fitting {
 namespace {
 
@@ -21,9 +23,23 @@ constexpr double searched_scales = 4.0;   // about a nose, for the place where t
 constexpr int rounds_of_end = 6;
 constexpr double standing_mm = 2e-5;  // from one round to the next
 constexpr int points_in_end = 24;
+constexpr double largest_arc = 1000.0;  // radius in window's ends
+constexpr double smallest_arc = 1.05;   // radius in reaches of the line over it
+constexpr double clearly_less = 0.7;    // of the squares that are left, so that noise does not choose
 
 core::Status refuse(const char* why) {
     return core::fail(core::ErrorCode::fit_not_evaluable, why);
+}
+
+/// Straight where the circle is too small for the line to be a function of x over it, or too large to matter: its
+/// ordinates differ from a cubic by x^4/(8 r^3). To first order the cubic takes up what moves the arc.
+CamberEnd::Arc arc_through(const std::vector<Vec2>& centres, double last_mm, double scale_mm) {
+    const auto circle = fit_circle_kasa(centres);
+    if (!circle || !(circle->radius < largest_arc * last_mm)) return {};
+    const double side = centres[centres.size() / 2].y() < circle->centre.y() ? -1.0 : 1.0;
+    const double farthest = std::max(last_mm - circle->centre.x(), circle->centre.x() + nearest_scales * scale_mm);
+    if (!(circle->radius > smallest_arc * farthest)) return {};
+    return {circle->centre, circle->radius, side};
 }
 
 }  // namespace
@@ -107,20 +123,19 @@ core::Status CamberLineBuilder::continue_to(const Vec2& nose, std::size_t nose_i
         end.unit_mm_ = last_mm;
         end.across_ = line_.across(end.axis_, *far);
         end.circles_.clear();
-        if (auto status = fit_cubic(le, end, last_mm); !status) return status;
+        if (auto status = fit_cubic(le, end, last_mm, scale_mm); !status) return status;
         if (auto status = leave_contour(nose_index, scale_mm, end); !status) return status;
         if ((end.point_ - end.origin_).norm() < standing_mm) break;
     }
     return {};
 }
 
-core::Status CamberLineBuilder::fit_cubic(bool le, CamberEnd& end, double last_mm) const {
+core::Status CamberLineBuilder::fit_cubic(bool le, CamberEnd& end, double last_mm, double scale_mm) const {
     const auto& circles = line_.circles_;
     const auto x_of = [&](std::size_t k) {
         return (circles[le ? k : circles.size() - 1 - k].centre - end.origin_).dot(end.axis_);
     };
-    std::vector<Eigen::RowVector4d> rows;
-    std::vector<double> ordinates;
+    std::vector<Vec2> centres;  // in the frame of the cubic
     std::size_t k = 0;
     for (std::size_t i = 0; i < window_circles; ++i) {
         const double share = static_cast<double>(i) / static_cast<double>(window_circles - 1);
@@ -134,17 +149,34 @@ core::Status CamberLineBuilder::fit_cubic(bool le, CamberEnd& end, double last_m
         const auto circle = line_.finder_.on_line(a + part * (b - a), end.across_);
         if (!circle) continue;
         end.circles_.push_back(*circle);
-        rows.push_back(end.powers((circle->centre - end.origin_).dot(end.axis_)));
-        ordinates.push_back((circle->centre - end.origin_).dot(left_of(end.axis_)));
+        const Vec2 off = circle->centre - end.origin_;
+        centres.emplace_back(off.dot(end.axis_), off.dot(left_of(end.axis_)));
     }
-    if (rows.size() < least_circles) return refuse("camber line: too few inscribed circles towards an end");
-    Eigen::Matrix<double, Eigen::Dynamic, 4> design(static_cast<Eigen::Index>(rows.size()), 4);
-    for (std::size_t i = 0; i < rows.size(); ++i)
-        design.row(static_cast<Eigen::Index>(i)) = rows[i];
+    if (centres.size() < least_circles) return refuse("camber line: too few inscribed circles towards an end");
+    lay_cubic(centres, scale_mm, end);
+    return {};
+}
+
+/// Of a straight line and an arc that on which the cubic leaves less of the centres: a line that turns much is an arc
+/// or not.
+void CamberLineBuilder::lay_cubic(const std::vector<Vec2>& centres, double scale_mm, CamberEnd& end) {
+    Eigen::Matrix<double, Eigen::Dynamic, 4> design(static_cast<Eigen::Index>(centres.size()), 4);
+    for (std::size_t i = 0; i < centres.size(); ++i)
+        design.row(static_cast<Eigen::Index>(i)) = end.powers(centres[i].x());
     const Eigen::Matrix4d normal = design.transpose() * design;
     end.fit_ = normal.ldlt().solve(design.transpose());
-    end.cubic_ = end.fit_ * Eigen::Map<const Eigen::VectorXd>(ordinates.data(), static_cast<Eigen::Index>(rows.size()));
-    return {};
+    double left = std::numeric_limits<double>::infinity();
+    for (const CamberEnd::Arc& arc : {CamberEnd::Arc{}, arc_through(centres, end.unit_mm_, scale_mm)}) {
+        Eigen::VectorXd beside(design.rows());
+        for (std::size_t i = 0; i < centres.size(); ++i)
+            beside[static_cast<Eigen::Index>(i)] = centres[i].y() - arc.ordinate(centres[i].x());
+        const Eigen::Vector4d cubic = end.fit_ * beside;
+        const double squares = (beside - design * cubic).squaredNorm();
+        if (!(squares < clearly_less * left)) continue;
+        left = squares;
+        end.arc_ = arc;
+        end.cubic_ = cubic;
+    }
 }
 
 /// Where the cubic crosses the contour, farthest outside.
@@ -152,7 +184,7 @@ core::Status CamberLineBuilder::leave_contour(std::size_t nose_index, double sca
     const std::size_t n = contour_.size();
     const auto beside = [&](const Vec2& p) {
         const Vec2 off = p - end.origin_;
-        return off.dot(left_of(end.axis_)) - end.powers(off.dot(end.axis_)).dot(end.cubic_);
+        return off.dot(left_of(end.axis_)) - end.ordinate(off.dot(end.axis_));
     };
     const auto far = [&](std::size_t i) {
         return (contour_.point(i).position_mm - end.origin_).norm() > searched_scales * scale_mm;

@@ -17,7 +17,8 @@ class CamberLineBuilder {
     std::vector<InscribedCircle> march(const InscribedCircle& from, const Vec2& forward, const Vec2& nose,
                                        double scale_mm) const;
     core::Status continue_to(const Vec2& nose, std::size_t nose_index, double scale_mm, bool le, CamberEnd& end) const;
-    core::Status fit_cubic(bool le, CamberEnd& end, double last_mm) const;
+    core::Status fit_cubic(bool le, CamberEnd& end, double last_mm, double scale_mm) const;
+    static void lay_cubic(const std::vector<Vec2>& centres, double scale_mm, CamberEnd& end);
     core::Status leave_contour(std::size_t nose_index, double scale_mm, CamberEnd& end) const;
     void join();
 

@@ -109,7 +109,7 @@ TEST(Characteristics, OfCamberedNacaSections) {
 }
 
 TEST(Characteristics, CamberLineOfAnEnvelopeIsItsCircles) {
-    for (const double camber : {0.0, 20.0, 55.0}) {
+    for (const double camber : {0.0, 20.0, 55.0, 110.0}) {
         const double chord = 50.0, le = 0.6, te = 0.35, thickness = 4.5;
         const auto blade = section_truth::envelope(chord, thickness, camber * degree, le, te);
         const SectionFit fit = fit_of(blade);
@@ -125,6 +125,15 @@ TEST(Characteristics, CamberLineOfAnEnvelopeIsItsCircles) {
             farthest = std::max(farthest, std::abs(off));
         }
         EXPECT_LT(farthest, 1e-3) << camber;
+        // Nose and tail lie on the arc, one radius from the centres of the end circles.
+        const auto end_of = [&](double radius) {
+            const double a = th > 0 ? th / 2 + 2 * std::asin(radius / (2 * big)) : 0.0;
+            return th > 0 ? Vec2(big * std::sin(a), big * (std::cos(a) - std::cos(th / 2))) : Vec2(k / 2 + radius, 0.0);
+        };
+        const Vec2 nose = end_of(le).cwiseProduct(Vec2(-1, 1)), tail = end_of(te);
+        EXPECT_NEAR(value_of(measure_chord(section, ChordMethod::nose_tail)), (tail - nose).norm(), tenth_um) << camber;
+        EXPECT_LT((line.le().point() - nose).norm(), 2 * tenth_um) << camber;
+        EXPECT_LT((line.te().point() - tail).norm(), 2 * tenth_um) << camber;
         double largest = 0.0, at = 0.0;
         for (int i = 0; i <= 200000; ++i) {
             const double t = i / 200000.0, h = 0.5 * thickness - 0.5 * (le + te);
@@ -153,7 +162,8 @@ TEST(Characteristics, EachChordMethodHasItsOwnValue) {
     MeasuredSection section(fit);
     const auto chord = [&](ChordMethod method) { return value_of(measure_chord(section, method, -40.0 * degree)); };
     const double nose_tail = (truth.tail() - truth.nose()).norm();
-    EXPECT_NEAR(chord(ChordMethod::nose_tail), nose_tail, 1e-3) << "cubic of the camber line at 94 degrees of turning";
+    EXPECT_NEAR(chord(ChordMethod::nose_tail), nose_tail, 1e-3)
+        << "continuation of the camber line at 94 degrees of turning";
     EXPECT_NEAR(chord(ChordMethod::caliper), truth.caliper().length, 2 * tenth_um);
     EXPECT_NEAR(chord(ChordMethod::belac), truth.extent({std::cos(-40 * degree), std::sin(-40 * degree)}), tenth_um);
     EXPECT_NEAR(chord(ChordMethod::x_axis), truth.extent({1, 0}), tenth_um);

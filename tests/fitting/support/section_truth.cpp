@@ -51,9 +51,15 @@ double golden_minimum(const F& f, double low, double high, int rounds) {
 
 }  // namespace
 
+double SectionTruth::End::on_arc(double abscissa) const {
+    const double along = abscissa - arc_centre.x();
+    return arc_radius > 0.0 ? arc_centre.y() + arc_side * std::sqrt(arc_radius * arc_radius - along * along) : 0.0;
+}
+
 Vec2 SectionTruth::End::at(double abscissa) const {
     const double w = abscissa / unit;
-    return origin + abscissa * axis + (cubic[0] + w * (cubic[1] + w * (cubic[2] + w * cubic[3]))) * left(axis);
+    const double beside = cubic[0] + w * (cubic[1] + w * (cubic[2] + w * cubic[3]));
+    return origin + abscissa * axis + (on_arc(abscissa) + beside) * left(axis);
 }
 
 SectionTruth::SectionTruth(ExactSection section) : section_(std::move(section)) {
@@ -313,7 +319,8 @@ void SectionTruth::continue_line(bool le, End& end) const {
     end.axis = (circle(w_of(bisect(reaches, 0.05, 0.7))).centre - end.origin).normalized();
     constexpr int count = 25;
     Eigen::Matrix<double, count, 4> design;
-    Eigen::Matrix<double, count, 1> ordinate;
+    Eigen::Matrix<double, count, 3> circles;
+    Eigen::Matrix<double, count, 1> ordinate, square;
     for (int k = 0; k < count; ++k) {
         const double x = end.first + (end.unit - end.first) * k / (count - 1);
         const double w =
@@ -322,8 +329,24 @@ void SectionTruth::continue_line(bool le, End& end) const {
         const double u = (c.centre - end.origin).dot(end.axis) / end.unit;
         design.row(k) << 1.0, u, u * u, u * u * u;
         ordinate[k] = (c.centre - end.origin).dot(left(end.axis));
+        const Vec2 off(u * end.unit, ordinate[k]);
+        circles.row(k) << 2.0 * off.x(), 2.0 * off.y(), 1.0;
+        square[k] = off.squaredNorm();
     }
-    end.cubic = design.householderQr().solve(ordinate);
+    // The circle |p|^2 = 2 p.c + e through the centres; none where they lie on a straight line.
+    const Eigen::Vector3d arc = circles.colPivHouseholderQr().solve(square);
+    end.arc_centre = arc.head<2>();
+    end.arc_radius = std::sqrt(arc[2] + end.arc_centre.squaredNorm());
+    end.arc_side = ordinate[count / 2] < arc[1] ? -1.0 : 1.0;
+    if (!(end.arc_radius < 1000.0 * end.unit)) end.arc_radius = 0.0;
+    Eigen::Matrix<double, count, 1> beside;
+    for (int k = 0; k < count; ++k)
+        beside[k] = ordinate[k] - end.on_arc(design(k, 1) * end.unit);
+    const Eigen::Vector4d straight = design.householderQr().solve(ordinate),
+                          bent = design.householderQr().solve(beside);
+    const bool is_arc = (design * bent - beside).squaredNorm() < 0.7 * (design * straight - ordinate).squaredNorm();
+    if (!is_arc) end.arc_radius = 0.0;
+    end.cubic = is_arc ? bent : straight;
     end.x = bisect([&](double x) { return distance(end.at(x)); }, -2.0 * end.scale, end.scale);
     end.point = end.at(end.x);
 }

@@ -83,7 +83,10 @@ class SectionTruth {
     struct End {
         Vec2 point = Vec2::Zero(), origin = Vec2::Zero(), axis = Vec2::UnitX();
         double scale = 0.0, first = 0.0, x = 0.0, unit = 1.0;
+        Vec2 arc_centre = Vec2::Zero();  // in the frame of the cubic, which lies beside the arc
+        double arc_radius = 0.0, arc_side = 1.0;
         Eigen::Vector4d cubic = Eigen::Vector4d::Zero();
+        double on_arc(double abscissa) const;
         Vec2 at(double abscissa) const;
     };
     OutlineJet jet(double t) const;
