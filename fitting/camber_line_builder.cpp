@@ -25,7 +25,6 @@ constexpr double standing_mm = 2e-5;  // from one round to the next
 constexpr int points_in_end = 24;
 constexpr double largest_arc = 1000.0;  // radius in window's ends
 constexpr double smallest_arc = 1.05;   // radius in reaches of the line over it
-constexpr double clearly_less = 0.7;    // of the squares that are left, so that noise does not choose
 
 core::Status refuse(const char* why) {
     return core::fail(core::ErrorCode::fit_not_evaluable, why);
@@ -157,26 +156,17 @@ core::Status CamberLineBuilder::fit_cubic(bool le, CamberEnd& end, double last_m
     return {};
 }
 
-/// Of a straight line and an arc that on which the cubic leaves less of the centres: a line that turns much is an arc
-/// or not.
 void CamberLineBuilder::lay_cubic(const std::vector<Vec2>& centres, double scale_mm, CamberEnd& end) {
     Eigen::Matrix<double, Eigen::Dynamic, 4> design(static_cast<Eigen::Index>(centres.size()), 4);
     for (std::size_t i = 0; i < centres.size(); ++i)
         design.row(static_cast<Eigen::Index>(i)) = end.powers(centres[i].x());
     const Eigen::Matrix4d normal = design.transpose() * design;
     end.fit_ = normal.ldlt().solve(design.transpose());
-    double left = std::numeric_limits<double>::infinity();
-    for (const CamberEnd::Arc& arc : {CamberEnd::Arc{}, arc_through(centres, end.unit_mm_, scale_mm)}) {
-        Eigen::VectorXd beside(design.rows());
-        for (std::size_t i = 0; i < centres.size(); ++i)
-            beside[static_cast<Eigen::Index>(i)] = centres[i].y() - arc.ordinate(centres[i].x());
-        const Eigen::Vector4d cubic = end.fit_ * beside;
-        const double squares = (beside - design * cubic).squaredNorm();
-        if (!(squares < clearly_less * left)) continue;
-        left = squares;
-        end.arc_ = arc;
-        end.cubic_ = cubic;
-    }
+    end.arc_ = arc_through(centres, end.unit_mm_, scale_mm);
+    Eigen::VectorXd beside(design.rows());
+    for (std::size_t i = 0; i < centres.size(); ++i)
+        beside[static_cast<Eigen::Index>(i)] = centres[i].y() - end.arc_.ordinate(centres[i].x());
+    end.cubic_ = end.fit_ * beside;
 }
 
 /// Where the cubic crosses the contour, farthest outside.

@@ -14,6 +14,8 @@ namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t common_anchors = 1600;
+/// Points without noise bear finer knots than rows have in common: what that leaves of them is below 0.01 um.
+constexpr double least_knot_sigma_mm = 6e-5;
 /// However well the others foretell a joint, it may lie off them by so much.
 constexpr double least_joint_sigma_mm = 0.005;
 constexpr double least_known = 0.05;  // share of a knot's jump that all rows tell
@@ -151,7 +153,8 @@ class CommonShape {
         std::vector<double> sigma;
         for (const SurfaceRow& row : rows_)
             sigma.push_back(row.smooth().sigma_mm);
-        knots_ = graded_knots(anchors, u, period, span_turn(nth_smallest(sigma, sigma.size() / 2)), most_spans);
+        const double noise = std::max(nth_smallest(sigma, sigma.size() / 2), least_knot_sigma_mm);
+        knots_ = graded_knots(anchors, u, period, span_turn(noise), most_spans);
     }
 
     bool joint_behind(std::size_t knot) const {

@@ -342,11 +342,7 @@ void SectionTruth::continue_line(bool le, End& end) const {
     Eigen::Matrix<double, count, 1> beside;
     for (int k = 0; k < count; ++k)
         beside[k] = ordinate[k] - end.on_arc(design(k, 1) * end.unit);
-    const Eigen::Vector4d straight = design.householderQr().solve(ordinate),
-                          bent = design.householderQr().solve(beside);
-    const bool is_arc = (design * bent - beside).squaredNorm() < 0.7 * (design * straight - ordinate).squaredNorm();
-    if (!is_arc) end.arc_radius = 0.0;
-    end.cubic = is_arc ? bent : straight;
+    end.cubic = design.householderQr().solve(beside);
     end.x = bisect([&](double x) { return distance(end.at(x)); }, -2.0 * end.scale, end.scale);
     end.point = end.at(end.x);
 }
