@@ -18,8 +18,8 @@ struct CamberPlace {
 
 /// Where the camber line leaves the section: the nose or tail point N. Inside the edge an inscribed circle is the edge
 /// itself and the direction of the line is not defined by it, so the line is continued: through the centres of
-/// inscribed circles between 2 edge scales and 2 scales + 0.12 perimeters from N a cubic by least squares, beside the arc
-/// through them (a straight line, where they lie on one).
+/// inscribed circles between 2 edge scales and 2 scales + 0.12 perimeters from N a cubic by least squares, beside the
+/// arc through them (a straight line, where they lie on one).
 class CamberEnd {
   public:
     /// What the cubic stands on: of an arc that turns much, a cubic beside a straight line goes astray.
