@@ -22,6 +22,7 @@ using core::ErrorCode;
 constexpr std::size_t least_lap_points = 16;
 constexpr double duplicate_share = 0.02;     // of the median spacing: nearer than that says nothing about direction
 constexpr double least_closing_share = 0.3;  // of the spacing: nearer to the first point a last one repeats it
+constexpr double told_direction_mm = 0.025;  // a shorter way goes where the noise does
 constexpr double back_lateral_mm = 0.015;    // noise and chord error: nearer to the stretch just measured is on it
 constexpr std::size_t back_reach = 32;  // points that a scan may step back: over a run of bad ones it may lose its way
 constexpr double most_misfit_mm = 6.0;  // of points that belong to a nominal
@@ -57,7 +58,11 @@ struct Chain {
 /// Whether p lies on the stretch just measured, behind its end: the scan stepped back.
 bool steps_back(const Chain& chain, const Vec2& p) {
     const std::size_t n = chain.good.size();
-    if (n < 4 || (p - chain.good[n - 1]).dot(chain.good[n - 1] - chain.good[n - 2]) > 0.0) return false;
+    if (n < 4) return false;
+    std::size_t before = n - 2;
+    while (before > 0 && chain.s.back() - chain.s[before] < told_direction_mm)
+        --before;
+    if ((p - chain.good[n - 1]).dot(chain.good[n - 1] - chain.good[before]) > 0.0) return false;
     const double step = chain.step_near(n - 1, 8);
     const double lateral = std::min(back_lateral_mm, 0.3 * step);
     for (std::size_t j = n > back_reach ? n - back_reach : 1; j < n; ++j) {
@@ -95,27 +100,32 @@ Chain make_chain(std::span<const Vec2> points, const std::vector<std::size_t>& u
 
 /// Arc length at which the chain is back at its first point, as good[start] tells that it passes again in the same
 /// direction; a negative number where it does not. Bad points beside the start turn its direction: the place is the
-/// foot on the way back.
+/// foot on the way back. That is taken in stretches of 25 um: shorter ones go where the noise does.
 double back_at(const Chain& chain, std::size_t start) {
     const Vec2 place = chain.good[start];
     const double step = chain.step_near(start, 6);
-    std::size_t ahead = start + 1;
-    while (ahead + 1 < chain.good.size() && chain.s[ahead] - chain.s[start] < 2.0 * step)
-        ++ahead;
-    const Vec2 direction = (chain.good[ahead] - place).normalized();
+    const auto beyond = [&](std::size_t from, double least) {
+        std::size_t to = from + 1;
+        while (to + 1 < chain.good.size() && chain.s[to] - chain.s[from] < least)
+            ++to;
+        return to;
+    };
+    const Vec2 direction = (chain.good[beyond(start, std::max(2.0 * step, told_direction_mm))] - place).normalized();
     const double lateral = std::max(0.05, 2.0 * step);
     bool was_before = false;
-    for (std::size_t j = start; j + 1 < chain.good.size(); ++j) {
+    for (std::size_t j = start, next = 0; j + 1 < chain.good.size(); j = next) {
+        next = beyond(j, told_direction_mm);
         if (chain.s[j] - chain.s[start] < chain.diagonal) continue;
-        const double length = chain.s[j + 1] - chain.s[j];
-        const Vec2 along = (chain.good[j + 1] - chain.good[j]) / length;
+        const double length = (chain.good[next] - chain.good[j]).norm();
+        const Vec2 along = (chain.good[next] - chain.good[j]) / length;
         const double foot = (place - chain.good[j]).dot(along);
         const bool passes = foot < length && (foot >= 0.0 || was_before);
         was_before = foot >= length;
         if (!passes || along.dot(direction) <= 0.0) continue;
         const double walked = std::max(foot, 0.0);
         if ((chain.good[j] + walked * along - place).norm() > lateral) continue;
-        return chain.s[j] + walked - (place - chain.good.front()).dot(along);
+        const double way = (chain.s[next] - chain.s[j]) / length;
+        return chain.s[j] + way * (walked - (place - chain.good.front()).dot(along));
     }
     return -1.0;
 }

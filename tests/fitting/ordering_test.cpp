@@ -415,5 +415,30 @@ TEST(Ordering, PointsThatCrowdInAHollowTurnNobodyRound) {
         EXPECT_NEAR(static_cast<double>(in_order[i]), static_cast<double>(i), i < 6 || i > 9 ? 0.0 : 2.0) << i;
 }
 
+/// Small blades have points on their edges whose distance is that of their noise: single steps go anywhere, and a scan
+/// that begins there has not come back before it has.
+TEST(Ordering, StartsAmongPointsAsNearAsTheirNoise) {
+    constexpr int points_of_edge = 84, points_of_side = 266, all = 2 * (points_of_edge + points_of_side);
+    constexpr double chord_share = 0.1;  // 6 mm
+    for (const auto family : families::all_families)
+        for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+            const auto blade = families::make(family, seed);
+            core::Rng rng(seed);
+            const int start = static_cast<int>(rng.uniform(0, points_of_edge));
+            std::vector<Vec2> points;
+            for (int k = 0; k < all; ++k) {
+                const int i = (start + (seed % 2 == 1 ? k : all - k)) % all;
+                const int half = i % (all / 2);
+                const double share = half < points_of_edge ? (half + 0.5) / points_of_edge
+                                                           : 1.0 + (half - points_of_edge + 0.5) / points_of_side;
+                const auto jet = blade.at((i < all / 2 ? 0.0 : 2.0) + share);
+                points.push_back(chord_share * jet.position + 1.5e-3 * rng.normal() * jet.normal());
+            }
+            const auto lap = lap_of(points);
+            ASSERT_TRUE(lap) << lap.error().message;
+            EXPECT_LE(lap->again.size(), 4U) << families::to_string(family) << ' ' << seed;
+        }
+}
+
 }  // namespace
 }  // namespace cmm::fitting
