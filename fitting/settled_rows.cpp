@@ -14,7 +14,7 @@ namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t common_anchors = 1600;
-/// Points without noise bear finer knots than rows have in common: what that leaves of them is below 0.01 um.
+/// Points without noise bear finer knots than rows have use for in common: with these their errors are the same.
 constexpr double least_knot_sigma_mm = 6e-5;
 /// However well the others foretell a joint, it may lie off them by so much.
 constexpr double least_joint_sigma_mm = 0.005;
