@@ -13,8 +13,21 @@ namespace cmm::fitting {
 namespace {
 
 constexpr double joint_share = 0.6;     // of the rows that know a joint
+constexpr double most_unlike = 1.25;    // of its places: those of joints that all rows have are 0.83 at most
 constexpr double step_range = 3.0;      // of a joint's step over the rows, over the usual one
 constexpr double least_told_mm = 3e-4;  // of a joint's place
+// Of a side, next to its ends, what is not mapped linearly: in lengths of the edge there, and as a share of the side.
+constexpr double bent_edges = 4.0, most_bent_share = 0.25;
+
+/// Whether a side begins at a feature.
+constexpr bool is_side(std::size_t feature) {
+    return feature == RowFeatures::le_end || feature == RowFeatures::te_end;
+}
+
+/// Of a feature among the knots: two more on each side before it.
+constexpr std::size_t knot_of(std::size_t feature) {
+    return feature + (feature > RowFeatures::le_end ? 2 : 0) + (feature > RowFeatures::te_end ? 2 : 0);
+}
 
 /// Steps of the curvature at a joint, smoothed over the rows. A row whose points are off there tells any step.
 std::vector<double> common_steps(std::span<const RowFeatures> rows, RowFeatures::Feature end,
@@ -30,6 +43,31 @@ std::vector<double> common_steps(std::span<const RowFeatures> rows, RowFeatures:
     auto smooth = smoothed_over(z, known).value;
     for (double& step : smooth)
         step = std::clamp(step, low, high);
+    return smooth;
+}
+
+/// The median.
+double usual(std::vector<double> values) {
+    return nth_smallest(values, values.size() / 2);
+}
+
+double usual_off(std::span<const std::optional<Known>> known, const Smoothed& smooth) {
+    std::vector<double> off;
+    for (std::size_t k = 0; k < known.size(); ++k)
+        if (known[k]) off.push_back(std::abs(known[k]->value - smooth.value[k]));
+    return usual(std::move(off));
+}
+
+/// Where most rows know a joint, and agree on its place, by what each can tell and by how evenly the edges end
+/// (`ends_off_mm`). Each row of a real part may know one that is nowhere else.
+std::optional<Smoothed> common_joint(std::span<const double> z, std::span<const std::optional<Known>> joints,
+                                     double ends_off_mm) {
+    std::vector<double> sigma;
+    for (const auto& joint : joints)
+        if (joint) sigma.push_back(joint->sigma);
+    if (!(static_cast<double>(sigma.size()) > joint_share * static_cast<double>(z.size()))) return std::nullopt;
+    Smoothed smooth = smoothed_over(z, joints);
+    if (usual_off(joints, smooth) > most_unlike * std::hypot(usual(std::move(sigma)), ends_off_mm)) return std::nullopt;
     return smooth;
 }
 
@@ -54,21 +92,19 @@ RowAlignment::RowAlignment(std::span<const RowFeatures> rows) {
                                     {RowFeatures::te_begin, RowFeatures::te_nose},
                                     {RowFeatures::te_end, RowFeatures::te_nose},
                                     {RowFeatures::le_begin, RowFeatures::le_nose}}) {
-        std::size_t known = 0;
-        for (const RowFeatures& row : rows)
-            known += static_cast<std::size_t>(row.joints[end].has_value());
-        at_joint[end] = static_cast<double>(known) > joint_share * static_cast<double>(n);
         const bool before_le = end == RowFeatures::le_begin;
         const auto origin = [&](std::size_t k) { return before_le ? rows[k].length_mm : ahead[nose][k]; };
-        std::vector<std::optional<Known>> apart(n);
+        std::vector<std::optional<Known>> ends(n), at_joints(n);
         for (std::size_t k = 0; k < n; ++k) {
-            const auto& joint = rows[k].joints[end];
-            if (!at_joint[end])
-                apart[k] = Known{ahead[end][k] - origin(k), 1.0};
-            else if (joint)
-                apart[k] = Known{from_nose(k, joint->s_mm) - origin(k), std::max(joint->sigma_mm, least_told_mm)};
+            ends[k] = Known{ahead[end][k] - origin(k), 1.0};
+            if (const auto& joint = rows[k].joints[end])
+                at_joints[k] = Known{from_nose(k, joint->s_mm) - origin(k), std::max(joint->sigma_mm, least_told_mm)};
         }
-        const auto smooth = smoothed_over(z, apart);
+        Smoothed smooth = smoothed_over(z, ends);
+        if (auto joint = common_joint(z, at_joints, usual_off(ends, smooth))) {
+            at_joint[end] = true;
+            smooth = std::move(*joint);
+        }
         for (std::size_t k = 0; k < n; ++k)
             ahead[end][k] = origin(k) + smooth.value[k];
         if (!at_joint[end]) continue;
@@ -95,37 +131,61 @@ RowAlignment::RowAlignment(std::span<const RowFeatures> rows) {
     u_[count] = period_;
     for (std::size_t j = 0; j < count; ++j)
         if (at_joint[j]) joints_.push_back(u_[j]);
+    place_knots();
     for (std::size_t k = 0; k < n; ++k) {
-        Map map;
+        std::array<double, count + 1> s;
         for (std::size_t j = 0; j < count; ++j)
-            map.s[j] = ahead[j][k];
-        map.s[count] = rows[k].length_mm;
-        std::array<double, count> secant;
-        for (std::size_t j = 0; j < count; ++j)
-            secant[j] = (map.s[j + 1] - map.s[j]) / (u_[j + 1] - u_[j]);
-        for (std::size_t j = 0; j <= count; ++j) {
-            const double left = secant[(j + count - 1) % count], right = secant[j % count];
-            map.slope[j] = left * right > 0.0 ? 2.0 * left * right / (left + right) : 0.0;
-        }
-        for (double& s : map.s)
-            s += rows[k].s_mm[RowFeatures::le_nose];
-        maps_.push_back(map);
+            s[j] = rows[k].s_mm[RowFeatures::le_nose] + ahead[j][k];
+        s[count] = s[0] + rows[k].length_mm;
+        maps_.push_back(map_of(s));
     }
+}
+
+/// The features, and on each side the two places between which it is mapped linearly.
+void RowAlignment::place_knots() {
+    for (std::size_t j = 0; j <= count; ++j) {
+        const std::size_t at = knot_of(j);
+        knot_u_[at] = u_[j];
+        if (!is_side(j)) continue;
+        const double most = most_bent_share * (u_[j + 1] - u_[j]);
+        knot_u_[at + 1] = u_[j] + std::min(bent_edges * (u_[j] - u_[j - 1]), most);
+        knot_u_[at + 2] = u_[j + 1] - std::min(bent_edges * (u_[j + 2] - u_[j + 1]), most);
+    }
+}
+
+RowAlignment::Map RowAlignment::map_of(const std::array<double, count + 1>& s) const {
+    Map map;
+    for (std::size_t j = 0; j <= count; ++j) {
+        const std::size_t at = knot_of(j);
+        map.s[at] = s[j];
+        if (!is_side(j)) continue;
+        for (const std::size_t inner : {at + 1, at + 2})
+            map.s[inner] = s[j] + (knot_u_[inner] - u_[j]) / (u_[j + 1] - u_[j]) * (s[j + 1] - s[j]);
+    }
+    constexpr std::size_t spans = knots - 1;
+    std::array<double, spans> secant;
+    for (std::size_t j = 0; j < spans; ++j)
+        secant[j] = (map.s[j + 1] - map.s[j]) / (knot_u_[j + 1] - knot_u_[j]);
+    for (std::size_t j = 0; j < knots; ++j) {
+        const double left = secant[(j + spans - 1) % spans], right = secant[j % spans];
+        map.slope[j] = left * right > 0.0 ? 2.0 * left * right / (left + right) : 0.0;
+    }
+    return map;
 }
 
 std::vector<RowAlignment::CommonJoint> RowAlignment::joints_on(std::size_t row) const {
     std::vector<CommonJoint> joints;
     for (std::size_t j = 0; j < count; ++j)
         if (!joint_sigma_mm_[j].empty())
-            joints.push_back({maps_[row].s[j], joint_sigma_mm_[j][row], joint_step_[j][row]});
+            joints.push_back({maps_[row].s[knot_of(j)], joint_sigma_mm_[j][row], joint_step_[j][row]});
     return joints;
 }
 
 double RowAlignment::arc_length(std::size_t row, double u) const {
     const Map& map = maps_[row];
-    const auto above = std::upper_bound(u_.begin() + 1, u_.end() - 1, u);
-    const auto j = static_cast<std::size_t>(above - u_.begin()) - 1;
-    const double h = u_[j + 1] - u_[j], w = (u - u_[j]) / h;
+    const auto above = std::upper_bound(knot_u_.begin() + 1, knot_u_.end() - 1, u);
+    const auto j = static_cast<std::size_t>(above - knot_u_.begin()) - 1;
+    const double h = knot_u_[j + 1] - knot_u_[j], w = (u - knot_u_[j]) / h;
     const double a = map.s[j], b = map.s[j + 1], p = h * map.slope[j], q = h * map.slope[j + 1];
     return a + w * (p + w * (3.0 * (b - a) - 2.0 * p - q + w * (2.0 * (a - b) + p + q)));
 }

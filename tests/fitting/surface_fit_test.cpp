@@ -130,24 +130,6 @@ TEST(RowFeatures, AJointBelongsToItsOwnSideOfTheNose) {
     EXPECT_FALSE(row.joints[RowFeatures::le_end]);
 }
 
-/// Four rows whose joints come nearer and nearer to the nose put the fifth's behind it.
-TEST(RowAlignment, PlacesFollowEachOtherOnEveryRow) {
-    std::vector<RowFeatures> rows(5);
-    for (std::size_t k = 0; k < rows.size(); ++k) {
-        rows[k].z_mm = 10.0 * static_cast<double>(k);
-        rows[k].length_mm = 100.0;
-        rows[k].s_mm = {0.0, 3.0, 48.0, 50.0, 52.0, 97.0};
-        if (k < 4) rows[k].joints[RowFeatures::te_begin] = RowJoint{48.0 + 0.6 * static_cast<double>(k), 0.01, 0.5};
-    }
-    const RowAlignment alignment(rows);
-    EXPECT_EQ(alignment.joints().size(), 1U);
-    for (std::size_t k = 0; k < rows.size(); ++k)
-        for (int i = 0; i < 1000; ++i)
-            EXPECT_LT(alignment.arc_length(k, alignment.period() * i / 1000),
-                      alignment.arc_length(k, alignment.period() * (i + 1) / 1000))
-                << "row " << k << ", place " << i;
-}
-
 TEST(SurfaceFit, RefusesRowsThatMakeNoSurface) {
     const families::TwistedBlade blade(families::Family::turbine, 7);
     std::vector<SurfaceRow> rows = measured_rows(blade, 4).rows;
