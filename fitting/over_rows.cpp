@@ -12,6 +12,11 @@ namespace cmm::fitting {
 namespace {
 
 constexpr int most_smoothings = 6;
+constexpr int usual_terms = 4, most_terms = 9;
+constexpr int rows_per_term = 3;
+/// Mean squared difference of neighbours over the mean square (von Neumann 1941): 2 of residuals that know nothing of
+/// each other, some 0.4 to either side for 25 rows; 1 where only the first or the last row is off.
+constexpr double least_ratio = 0.8;
 constexpr double far_medians = 6.0;
 constexpr double least_row_freedom = 0.05;  // of a row: 1 less its leverage
 
@@ -19,23 +24,56 @@ class OverRows {
   public:
     OverRows(std::span<const double> z, std::span<const std::optional<Known>> known)
         : z_(z), known_(known), use_(z.size()), spread_(z.size()), out_{Values(z.size()), Values(z.size())} {
-        for (std::size_t k = 0; k < z.size(); ++k)
-            used_ += static_cast<std::size_t>(use_[k] = static_cast<char>(known[k].has_value()));
-        terms_ = static_cast<int>(std::clamp<std::size_t>(used_ / 3 + 1, 1, 4));
+        use_all();
+        terms_ = std::min(usual_terms, terms_for_rows());
     }
 
+    /// Of a degree that the rows bear out: a part that turns unevenly over z is no cubic.
     Smoothed run() && {
-        for (int round = 0; round < most_smoothings; ++round) {
-            // One that is sure of a wrong place would draw the others to it before it is found.
-            all_alike_ = round == 0;
-            smooth();
-            if (!leave_out_far() && !all_alike_) break;
+        leave_out_and_smooth();
+        while (terms_ < std::min(most_terms, terms_for_rows()) && follow_each_other()) {
+            use_all();
+            ++terms_;
+            leave_out_and_smooth();
         }
         return std::move(out_);
     }
 
   private:
     using Values = std::vector<double>;
+
+    void use_all() {
+        used_ = 0;
+        for (std::size_t k = 0; k < z_.size(); ++k)
+            used_ += static_cast<std::size_t>(use_[k] = static_cast<char>(known_[k].has_value()));
+    }
+    int terms_for_rows() const {
+        const auto known = std::count_if(known_.begin(), known_.end(), [](const auto& row) { return row.has_value(); });
+        return static_cast<int>(known) / rows_per_term + 1;
+    }
+
+    void leave_out_and_smooth() {
+        for (int round = 0; round < most_smoothings; ++round) {
+            // One that is sure of a wrong place would draw the others to it before it is found.
+            all_alike_ = round == 0;
+            smooth();
+            if (!leave_out_far() && !all_alike_) break;
+        }
+    }
+
+    /// What is left of neighbours is alike: the polynomial misses the form, most at the ends, which it leaves out then.
+    bool follow_each_other() const {
+        double differences = 0.0, squares = 0.0;
+        std::optional<double> before;
+        for (std::size_t k = 0; k < z_.size(); ++k) {
+            if (!known_[k]) continue;
+            const double left = off(k) / sigma(k);
+            if (before) differences += (left - *before) * (left - *before);
+            squares += left * left;
+            before = left;
+        }
+        return differences < least_ratio * squares;
+    }
 
     double sigma(std::size_t k) const { return all_alike_ ? 1.0 : known_[k]->sigma; }
     double off(std::size_t k) const { return known_[k]->value - out_.value[k]; }
@@ -104,7 +142,7 @@ class OverRows {
     std::span<const std::optional<Known>> known_;
     std::vector<char> use_;
     std::size_t used_ = 0;
-    int terms_ = 1;
+    int terms_ = 1;  // of the polynomial
     bool all_alike_ = true;
     Values spread_;  // of the polynomial at z_k: its variance, if one of sigma 1 has variance 1
     double squares_ = 0.0, free_ = 1.0;

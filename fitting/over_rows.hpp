@@ -16,9 +16,10 @@ struct Smoothed {
     double apart = 0.0;                ///< standard deviation of what single ones are off it beyond their own
 };
 
-/// The polynomial of least squares of degree up to 3 through what is known at the z_k, each by its own standard
-/// deviation (as it is to the others'); those farther from it than six times the median of theirs are left out. Before
-/// any is left out all count alike: one that is sure of a wrong place would draw the others to it.
+/// The polynomial of least squares through what is known at the z_k, each by its own standard deviation (as it is to
+/// the others'), of degree 3, or up to 8 as long as what it leaves follows from one to the next (no more than one for
+/// three that are known); those farther from it than six times the median of theirs are left out. Before any is left
+/// out all count alike: one that is sure of a wrong place would draw the others to it.
 Smoothed smoothed_over(std::span<const double> z, std::span<const std::optional<Known>> known);
 
 }  // namespace cmm::fitting

@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
+#include <numeric>
 #include <utility>
 
 #include "fitting/column_smoother.hpp"
@@ -19,13 +22,56 @@ constexpr double stray_sigmas = 8.0, least_stray_mm = 3e-3;
 constexpr double seen_share = 0.5;      // of that, beside a stray
 constexpr double least_freedom = 0.05;  // of a row: 1 less its leverage
 constexpr double local_share = 0.15;    // of the columns: along more of them an end of the blade is otherwise
+constexpr std::size_t next_rows = 6;    // that tell of the form over z
+constexpr double form_factor = 5.0;     // how unevenly the form over z may differ from a cubic
 constexpr double median_of_normal = 0.6745;
+
+/// How far a smooth column that is no cubic over z may be off the cubic through the four rows nearest to one: least
+/// between them, most at the lowest and the highest row, which are foretold from one side.
+class FormOverRows {
+  public:
+    explicit FormOverRows(std::span<const double> z) : z_(z) {}
+
+    /// By the fourth divided differences of the next rows above or below, whichever promise less; 0 where there are
+    /// none.
+    double off_cubic(const RowColumns& columns, std::size_t column, std::size_t k) const {
+        double least = std::numeric_limits<double>::infinity();
+        if (k + next_rows < z_.size())
+            least = std::max(fourth_difference(columns, column, k + 1), fourth_difference(columns, column, k + 2));
+        if (k >= next_rows)
+            least = std::min(
+                least, std::max(fourth_difference(columns, column, k - 5), fourth_difference(columns, column, k - 6)));
+        return std::isfinite(least) ? least * reach(k) : 0.0;
+    }
+
+  private:
+    double fourth_difference(const RowColumns& columns, std::size_t column, std::size_t first) const {
+        Vec2 sum = Vec2::Zero();
+        for (std::size_t a = first; a < first + 5; ++a) {
+            double product = 1.0;
+            for (std::size_t b = first; b < first + 5; ++b)
+                if (b != a) product *= z_[a] - z_[b];
+            sum += columns.at(column, a) / product;
+        }
+        return sum.norm();
+    }
+    double reach(std::size_t k) const {
+        std::vector<double> distances;
+        for (const double z : z_)
+            distances.push_back(std::abs(z - z_[k]));
+        std::partial_sort(distances.begin(), distances.begin() + 5, distances.end());
+        return std::accumulate(distances.begin() + 1, distances.begin() + 5, 1.0, std::multiplies<>());
+    }
+
+    std::span<const double> z_;
+};
 
 class StrayRows {
   public:
-    StrayRows(const ColumnSmoother& smoother, const RowColumns& normals, std::span<const double> breaks,
-              RowColumns& columns)
+    StrayRows(const ColumnSmoother& smoother, std::span<const double> z, const RowColumns& normals,
+              std::span<const double> breaks, RowColumns& columns)
         : smoother_(smoother),
+          form_(z),
           normals_(normals),
           breaks_(breaks),
           columns_(columns),
@@ -42,14 +88,14 @@ class StrayRows {
             while (has_room(i)) {
                 // What is less off than an end that stands may be so by its doing.
                 const std::size_t k = worst_of(i);
-                if (std::abs(off_[i][k]) < most_[i] || stands_[k] != 0) break;
+                if (!strays(i, k, 1.0) || stands_[k] != 0) break;
                 set_aside(i, k);
             }
         // It goes on into the columns beside, down to where it is hardly seen.
         for (std::size_t next = 0; next < found_.size(); ++next) {
             const auto [i, k] = found_[next];
             for (const std::size_t beside : {after(i), before(i)})
-                if (has_room(beside) && std::abs(off_[beside][k]) >= seen_share * most_[beside]) set_aside(beside, k);
+                if (has_room(beside) && strays(beside, k, seen_share)) set_aside(beside, k);
         }
         return std::move(strays_);
     }
@@ -78,6 +124,15 @@ class StrayRows {
     std::size_t worst_of(std::size_t i) const {
         const auto less = [](double a, double b) { return std::abs(a) < std::abs(b); };
         return static_cast<std::size_t>(std::max_element(off_[i].begin(), off_[i].end(), less) - off_[i].begin());
+    }
+
+    /// By more than a share of what the scatter allows, and the form of the part over z.
+    bool strays(std::size_t i, std::size_t k, double share) const {
+        const double off = std::abs(off_[i][k]);
+        return off >= share * most_[i] && off >= share * most_by_form(i, k);
+    }
+    double most_by_form(std::size_t i, std::size_t k) const {
+        return form_factor * form_.off_cubic(columns_, i, k) * std::sqrt(freedom(k));
     }
 
     /// Puts a row of a column where all others have it.
@@ -132,7 +187,7 @@ class StrayRows {
         const Vec2 place = columns_.at(i, k);
         const double reach =
             std::max((columns_.at(after(i), k) - place).norm(), (columns_.at(before(i), k) - place).norm());
-        strays_.push_back({k, breaks_[i], reach, most_[i]});
+        strays_.push_back({k, breaks_[i], reach, std::max(most_[i], most_by_form(i, k))});
         found_.emplace_back(i, k);
         replace(i, k);
         ++set_aside_[i];
@@ -140,6 +195,7 @@ class StrayRows {
     }
 
     const ColumnSmoother& smoother_;
+    FormOverRows form_;
     const RowColumns& normals_;
     std::span<const double> breaks_;
     RowColumns& columns_;
@@ -155,11 +211,11 @@ class StrayRows {
 
 }  // namespace
 
-std::vector<Stray> set_aside_strays(ColumnSmoother& smoother, const RowColumns& normals, std::span<const double> breaks,
-                                    std::size_t window, RowColumns& columns) {
+std::vector<Stray> set_aside_strays(ColumnSmoother& smoother, std::span<const double> z, const RowColumns& normals,
+                                    std::span<const double> breaks, std::size_t window, RowColumns& columns) {
     if (columns.fours().empty() || columns.fours().front().size() < rows_to_stray || !smoother.set_weight(stray_weight))
         return {};
-    return StrayRows(smoother, normals, breaks, columns).set_aside(window);
+    return StrayRows(smoother, z, normals, breaks, columns).set_aside(window);
 }
 
 }  // namespace cmm::fitting

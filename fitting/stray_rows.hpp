@@ -20,9 +20,10 @@ struct Stray {
 /// Where one row lies apart from what all others say (a dent, or a run of bad points that nothing in its section
 /// betrays), the others do not follow it: its place in the column is taken by what they foretell, worst first. The
 /// lowest and the highest row stand where much of them lies apart, as beside a fillet: they have neighbours on one side
-/// only. `columns`: at the u of `breaks`, which begin and end with the period; `normals`: there; `window`: columns to
-/// either side whose scatter is looked at together. The smoother's weight is changed. Fewer than six rows all stand.
-std::vector<Stray> set_aside_strays(ColumnSmoother& smoother, const RowColumns& normals, std::span<const double> breaks,
-                                    std::size_t window, RowColumns& columns);
+/// only. `z`: of the rows; `columns`: at the u of `breaks`, which begin and end with the period; `normals`: there;
+/// `window`: columns to either side whose scatter is looked at together. The smoother's weight is changed. Fewer than
+/// six rows all stand.
+std::vector<Stray> set_aside_strays(ColumnSmoother& smoother, std::span<const double> z, const RowColumns& normals,
+                                    std::span<const double> breaks, std::size_t window, RowColumns& columns);
 
 }  // namespace cmm::fitting

@@ -34,8 +34,9 @@ constexpr int most_span_halvings = 5;
 constexpr double joint_knot_share = 0.1;  // of a span: how near the two knots at a joint are
 /// Weights that are tried; the last leaves hardly more than a cubic.
 constexpr std::array<double, 10> weights{1e-6, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3, 1e4, 1e5};
-/// Of the columns that the places on the rows follow.
-constexpr double correction_weight = 1e2;
+/// Of the columns that the places on the rows follow, and of how many columns one is asked for it.
+constexpr std::array<double, 4> correction_weights{1.0, 1e1, 1e2, 1e3};
+constexpr std::size_t columns_asked = 16;
 constexpr double least_gap_share = 0.25;  // of the distance of two places on a row, when they move
 /// Columns to either side that share a weight, as a share of all.
 constexpr double window_share = 1.0 / 20.0;
@@ -60,7 +61,8 @@ class RowsFitter {
             correct();
         find_normals();
         if (!options_.through_rows)
-            strays_ = set_aside_strays(smoother_, normals_, breaks_, window_of(columns_.size()), columns_);
+            strays_ =
+                set_aside_strays(smoother_, heights(rows_), normals_, breaks_, window_of(columns_.size()), columns_);
         if (!choose_weights()) return unusable("singular across the rows");
         return assemble();
     }
@@ -169,7 +171,7 @@ class RowsFitter {
     /// them leaves it.
     void correct() {
         const std::size_t m = rows_.size();
-        if (!smoother_.set_weight(correction_weight)) return;
+        if (!smoother_.set_weight(correction_weight())) return;
         find_directions();
         std::vector<std::vector<double>> moved = places_;
         for (std::size_t b = 0; b < columns_.fours().size(); ++b) {
@@ -209,6 +211,28 @@ class RowsFitter {
             const std::size_t i = (first + k) % n;
             moved[i] = free[k] + least_gap_share * places[i] - (i < first ? (1.0 - least_gap_share) * period : 0.0);
         }
+    }
+
+    /// The stiffer the columns, the less do they follow the scatter of the places; where the part is no cubic over z,
+    /// stiff ones would miss its lowest and highest rows. By generalised cross-validation.
+    double correction_weight() {
+        double best = correction_weights.back(), least = std::numeric_limits<double>::infinity();
+        for (const double weight : correction_weights) {
+            const double free =
+                smoother_.set_weight(weight) ? static_cast<double>(rows_.size()) - smoother_.freedom() : 0.0;
+            if (free < 0.5) continue;
+            double squares = 0.0;
+            for (std::size_t b = 0; b < columns_.fours().size(); b += columns_asked / 4) {
+                smoother_.solve(columns_.fours()[b], controls_);
+                for (std::size_t k = 0; k < rows_.size(); ++k)
+                    squares += left_of(b, k).square().sum();
+            }
+            const double score = squares / (free * free);
+            if (score >= least) continue;
+            least = score;
+            best = weight;
+        }
+        return best;
     }
 
     /// Along the rows at the columns. On a row with a dent, whose flanks go elsewhere, as on those beside it: of its

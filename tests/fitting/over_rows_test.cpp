@@ -64,6 +64,22 @@ TEST(OverRows, OneThatIsSureOfAWrongPlaceDoesNotDrawTheOthers) {
         }
 }
 
+/// As the place of an edge does on a blade that turns unevenly: the first and the last rows lie where they do, and not
+/// where the cubic through the others goes.
+TEST(OverRows, FollowAFormThatIsNoCubic) {
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+        Told told = noisy_rows(seed);
+        std::vector<double> wave;
+        for (std::size_t k = 0; k < rows; ++k) {
+            wave.push_back(0.3 * std::sin(0.11 * told.z[k] + double(seed)));
+            told.known[k]->value += wave[k];
+        }
+        const auto smooth = smoothed_over(told.z, told.known).value;
+        for (std::size_t k = 0; k < rows; ++k)
+            EXPECT_NEAR(smooth[k], truth(told.z[k]) + wave[k], 5.0 * noise) << "seed " << seed << ", row " << k;
+    }
+}
+
 TEST(OverRows, OnesThatKnowNothingHaveWhatTheOthersSay) {
     Told told = noisy_rows(3);
     for (std::size_t k = 0; k < rows; k += 2)
