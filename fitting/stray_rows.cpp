@@ -176,7 +176,7 @@ class StrayRows {
         const std::size_t n = columns_.size();
         std::vector<std::size_t> columns_off(rows_, 0);
         for (std::size_t i = 0; i < n; ++i)
-            if (const std::size_t k = worst_of(i); std::abs(off_[i][k]) >= most_[i]) ++columns_off[k];
+            if (const std::size_t k = worst_of(i); std::abs(off_[i][k]) >= seen_share * most_[i]) ++columns_off[k];
         stands_.assign(rows_, 0);
         const auto most_columns = static_cast<std::size_t>(local_share * static_cast<double>(n));
         for (const std::size_t end : {std::size_t{0}, rows_ - 1})
