@@ -127,8 +127,8 @@ class ContourBuilder {
 
     void publish(const std::vector<OffsetPoint>& part, const BladeEdges& edges) {
         const auto zones = zones_of(edges, part.size());
-        fit_.le_point_mm = part[edges.le.nose].position;
-        fit_.te_point_mm = part[edges.te.nose].position;
+        fit_.le_point_mm = nose_of(edges.le, part);
+        fit_.te_point_mm = nose_of(edges.te, part);
         fit_.chord_mm = (fit_.te_point_mm - fit_.le_point_mm).norm();
         fit_.le_scale_mm = edges.le.scale_mm;
         fit_.te_scale_mm = edges.te.scale_mm;

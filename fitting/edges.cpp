@@ -191,6 +191,12 @@ bool bulges_after(std::span<const OffsetPoint> contour, const Vec2& le, const Ve
 
 }  // namespace
 
+Vec2 nose_of(const EdgeRegion& region, std::span<const OffsetPoint> contour) {
+    const Vec2& behind = contour[region.nose].position;
+    return behind +
+           region.nose_share * (contour[cyclic(region.nose + contour.size() - 1, contour.size())].position - behind);
+}
+
 bool holds(const EdgeRegion& region, std::size_t i) {
     return region.begin <= region.end ? i >= region.begin && i <= region.end : i >= region.begin || i <= region.end;
 }

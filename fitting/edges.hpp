@@ -35,6 +35,9 @@ struct BladeEdges {
 core::Result<BladeEdges> find_edges(std::span<const OffsetPoint> contour, const std::optional<Vec2>& le_hint,
                                     const std::optional<Vec2>& te_hint);
 
+/// Exactly where the nose is, not only which point is next to it.
+Vec2 nose_of(const EdgeRegion& region, std::span<const OffsetPoint> contour);
+
 /// Whether index i lies in the region.
 bool holds(const EdgeRegion& region, std::size_t i);
 

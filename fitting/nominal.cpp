@@ -48,8 +48,12 @@ core::Result<NominalSection> analyse_nominal(std::span<const Vec2> points, const
     };
     nominal.le_ = stretch(edges->le);
     nominal.te_ = stretch(edges->te);
-    nominal.le_mm_ = place(edges->le.nose);
-    nominal.te_mm_ = place(edges->te.nose);
+    const auto nose = [&](const EdgeRegion& region) {
+        const double from = place((region.nose + samples.size() - 1) % samples.size()), to = place(region.nose);
+        return nominal.curve_.wrap(to - region.nose_share * nominal.curve_.ahead(from, to));
+    };
+    nominal.le_mm_ = nose(edges->le);
+    nominal.te_mm_ = nose(edges->te);
     nominal.le_radius_ = edges->le.scale_mm;
     nominal.te_radius_ = edges->te.scale_mm;
     nominal.suction_after_le_ = edges->suction_after_le;

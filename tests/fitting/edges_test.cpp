@@ -50,6 +50,25 @@ TEST(Edges, HintsDecideWhichEdgeLeads) {
         }
 }
 
+TEST(Edges, ANoseLiesBetweenPoints) {
+    // Of an ellipse the nose is the vertex, whichever points are beside it.
+    constexpr int points = 240;
+    for (const double shift : {0.1, 0.35, 0.8}) {
+        std::vector<OffsetPoint> contour;
+        for (int i = 0; i < points; ++i) {
+            const double t = 2.0 * std::numbers::pi * (i + shift) / points;
+            contour.push_back({{30.0 * std::cos(t), 5.0 * std::sin(t)},
+                               Vec2(5.0 * std::cos(t), 30.0 * std::sin(t)).normalized(),
+                               0.0});
+        }
+        const auto edges = find_edges(contour, Vec2(-30.0, 0.0), {});
+        ASSERT_TRUE(edges);
+        const double spacing = 5.0 * 2.0 * std::numbers::pi / points;
+        EXPECT_LT(std::abs(nose_of(edges->le, contour).y()), 0.35 * spacing) << shift;
+        EXPECT_LT(std::abs(nose_of(edges->te, contour).y()), 0.35 * spacing) << shift;
+    }
+}
+
 TEST(Edges, ACircleHasNone) {
     std::vector<OffsetPoint> circle;
     for (int i = 0; i < 600; ++i) {
