@@ -120,7 +120,6 @@ class QifDocument {
         for (const auto& listed : all_characteristics(part_))
             add(listed.name, *listed.number, component);
         std::string body =
-            element("QPId", persistent_id(part_.run_id + part_.part_serial)) + "\n" +
             element("Header", element("Application", element("Name", escape(part_.software_version)))) + "\n" +
             list("StandardsDefinitions", {iso_1101(standard), iso_14253(rule)}) +
             element("FileUnits", element("PrimaryUnits", unit("AreaUnit", "square meter", "mm2", "0.000001") +
@@ -150,7 +149,8 @@ class QifDocument {
                 list("ActualComponentSets", {list("ActualComponentSet", {piece})}) + "</Results>\n";
         return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<QIFDocument xmlns=\"http://qifstandards.org/xsd/qif3\" "
                "versionQIF=\"3.0.0\" idMax=\"" +
-               std::to_string(last_id_) + "\">\n" + body + "</QIFDocument>\n";
+               std::to_string(last_id_) + "\">\n" + element("QPId", persistent_id(body)) + "\n" + body +
+               "</QIFDocument>\n";
     }
 
   private:

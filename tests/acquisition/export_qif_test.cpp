@@ -89,6 +89,29 @@ TEST(Qif, EveryCharacteristicHasItsValueUncertaintyAndDecision) {
     EXPECT_EQ(xml, qif_xml(part));
 }
 
+TEST(Qif, DocumentsHaveAnIdOfTheirContent) {
+    const auto id_of = [](const PartResult& part) {
+        const auto xml = qif_xml(part);
+        const auto from = xml.find("<QPId>") + 6;
+        return xml.substr(from, xml.find("</QPId>") - from);
+    };
+    const auto of_points = [](double shift) {
+        auto part = part_of({section_at(0, shift)});
+        part.run_id.clear();
+        part.part_serial.clear();
+        part.started_utc.clear();
+        return part;
+    };
+    const auto id = id_of(of_points(0.0));
+    EXPECT_EQ(id.size(), 36U);
+    EXPECT_EQ(id, id_of(of_points(0.0)));
+    EXPECT_NE(id, id_of(of_points(0.2))) << "point files have no run id";
+    auto same_numbers = part_of({section_at(0, 0.0)});
+    const auto first = id_of(same_numbers);
+    same_numbers.run_id += "b";
+    EXPECT_NE(first, id_of(same_numbers));
+}
+
 TEST(Qif, CurvaturesHaveAUnitOfTheirOwn) {
     auto section = section_at(0, 0.0);
     const auto plain = qif_xml(part_of({section}));
