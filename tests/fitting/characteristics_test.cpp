@@ -59,6 +59,20 @@ ExactSection like_ls89() {
     return section_truth::of_family(families::Blade(s, "like LS-89"));
 }
 
+/// What a line of inscribed circles is off the mean line of a section whose thickness is laid off across that
+/// (docs/theory.md, section 13): the definition's, not the fit's.
+TEST(Characteristics, TheCamberLineOfANacaSectionIsThatOfItsCircles) {
+    const ExactSection naca = section_truth::naca_4_digit(60.0, 0.12, 0.04, 0.4, 0.25);
+    const SectionTruth truth(naca);
+    const SectionFit fit = fit_of(naca);
+    MeasuredSection section(fit);
+    ASSERT_TRUE(section.camber());
+    EXPECT_LT((section.camber()->le().point() - truth.nose()).norm(), 2 * tenth_um);
+    const Vec2 off = truth.nose() - naca.camber(0.0), chord = (naca.camber(1.0) - naca.camber(0.0)).normalized();
+    EXPECT_NEAR(-off.dot(chord), 0.48e-3, 0.05e-3);
+    EXPECT_NEAR(off.dot(section_truth::left(chord)), 2.5e-3, 0.2e-3);
+}
+
 TEST(Characteristics, OfASymmetricNacaSection) {
     // Half thickness 5 t (0.2969 v - 0.1260 x - ...): its maximum by the derivative, its chord by the rounded end.
     const double chord = 60.0, share = 0.12;
