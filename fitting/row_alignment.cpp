@@ -16,8 +16,6 @@ constexpr double joint_share = 0.6;     // of the rows that know a joint
 constexpr double most_unlike = 1.25;    // of its places: those of joints that all rows have are 0.83 at most
 constexpr double step_range = 3.0;      // of a joint's step over the rows, over the usual one
 constexpr double least_told_mm = 3e-4;  // of a joint's place
-// Of a side, next to its ends, what is not mapped linearly: in lengths of the edge there, and as a share of the side.
-constexpr double bent_edges = 4.0, most_bent_share = 0.25;
 
 /// Whether a side begins at a feature.
 constexpr bool is_side(std::size_t feature) {
@@ -131,37 +129,31 @@ RowAlignment::RowAlignment(std::span<const RowFeatures> rows) {
     u_[count] = period_;
     for (std::size_t j = 0; j < count; ++j)
         if (at_joint[j]) joints_.push_back(u_[j]);
-    place_knots();
+    knot_u_ = with_quarters(u_);
     for (std::size_t k = 0; k < n; ++k) {
-        std::array<double, count + 1> s;
+        AtFeatures s;
         for (std::size_t j = 0; j < count; ++j)
             s[j] = rows[k].s_mm[RowFeatures::le_nose] + ahead[j][k];
         s[count] = s[0] + rows[k].length_mm;
-        maps_.push_back(map_of(s));
+        maps_.push_back(map_of(with_quarters(s)));
     }
 }
 
-/// The features, and on each side the two places between which it is mapped linearly.
-void RowAlignment::place_knots() {
+/// At the features, and a quarter from each end of a side: an edge that is longer on one row would otherwise move the
+/// places all along it.
+RowAlignment::AtKnots RowAlignment::with_quarters(const AtFeatures& at) {
+    AtKnots values;
     for (std::size_t j = 0; j <= count; ++j) {
-        const std::size_t at = knot_of(j);
-        knot_u_[at] = u_[j];
+        values[knot_of(j)] = at[j];
         if (!is_side(j)) continue;
-        const double most = most_bent_share * (u_[j + 1] - u_[j]);
-        knot_u_[at + 1] = u_[j] + std::min(bent_edges * (u_[j] - u_[j - 1]), most);
-        knot_u_[at + 2] = u_[j + 1] - std::min(bent_edges * (u_[j + 2] - u_[j + 1]), most);
+        values[knot_of(j) + 1] = 0.75 * at[j] + 0.25 * at[j + 1];
+        values[knot_of(j) + 2] = 0.25 * at[j] + 0.75 * at[j + 1];
     }
+    return values;
 }
 
-RowAlignment::Map RowAlignment::map_of(const std::array<double, count + 1>& s) const {
-    Map map;
-    for (std::size_t j = 0; j <= count; ++j) {
-        const std::size_t at = knot_of(j);
-        map.s[at] = s[j];
-        if (!is_side(j)) continue;
-        for (const std::size_t inner : {at + 1, at + 2})
-            map.s[inner] = s[j] + (knot_u_[inner] - u_[j]) / (u_[j + 1] - u_[j]) * (s[j + 1] - s[j]);
-    }
+RowAlignment::Map RowAlignment::map_of(const AtKnots& s) const {
+    Map map{s, {}};
     constexpr std::size_t spans = knots - 1;
     std::array<double, spans> secant;
     for (std::size_t j = 0; j < spans; ++j)

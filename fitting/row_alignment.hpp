@@ -29,24 +29,25 @@ class RowAlignment {
         double s_mm, sigma_mm, step;
     };
     std::vector<CommonJoint> joints_on(std::size_t row) const;
-    /// Arc length on a row at u: monotone cubic through the features (Fritsch and Carlson 1980), linear along the sides
-    /// but for the parts next to their ends. An edge that is longer on one row would otherwise move its places all
-    /// along the sides.
+    /// Arc length on a row at u: monotone cubic through the features (Fritsch and Carlson 1980), linear along the
+    /// middle half of each side.
     double arc_length(std::size_t row, double u) const;
 
   private:
     static constexpr std::size_t count = RowFeatures::count;
-    static constexpr std::size_t knots = count + 5;  // features, two a side between its ends, the LE nose again
+    static constexpr std::size_t knots = count + 5;  // the LE nose again, and two a side
+    using AtFeatures = std::array<double, count + 1>;
+    using AtKnots = std::array<double, knots>;
     struct Map {
-        std::array<double, knots> s, slope;
+        AtKnots s, slope;
     };
-    void place_knots();
-    Map map_of(const std::array<double, count + 1>& s) const;
+    static AtKnots with_quarters(const AtFeatures& at);
+    Map map_of(const AtKnots& s) const;
 
     std::vector<double> joints_;
     std::array<std::vector<double>, count> joint_sigma_mm_, joint_step_;  // by row; empty: no joint there
-    std::array<double, count + 1> u_{};
-    std::array<double, knots> knot_u_{};
+    AtFeatures u_{};
+    AtKnots knot_u_{};
     std::vector<Map> maps_;
     double period_ = 0.0;
 };
