@@ -13,7 +13,7 @@ namespace cmm::fitting {
 namespace {
 
 constexpr double joint_share = 0.6;     // of the rows that know a joint
-constexpr double most_unlike = 1.25;    // of its places: those of joints that all rows have are 0.83 at most
+constexpr double most_unlike = 1.25;    // of its places: those of joints that all rows have are 0.90 at most
 constexpr double step_range = 3.0;      // of a joint's step over the rows, over the usual one
 constexpr double least_told_mm = 3e-4;  // of a joint's place
 
