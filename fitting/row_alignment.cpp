@@ -12,10 +12,11 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double joint_share = 0.6;     // of the rows that know a joint
-constexpr double most_unlike = 1.25;    // of its places: those of joints that all rows have are 0.90 at most
-constexpr double step_range = 3.0;      // of a joint's step over the rows, over the usual one
-constexpr double least_told_mm = 3e-4;  // of a joint's place
+constexpr double joint_share = 0.6;         // of the rows that know a joint
+constexpr double most_unlike = 1.25;        // of its places: those of joints that all rows have are 0.90 at most
+constexpr std::size_t rows_that_judge = 6;  // of a form over z that fewer do not tell
+constexpr double step_range = 3.0;          // of a joint's step over the rows, over the usual one
+constexpr double least_told_mm = 3e-4;      // of a joint's place
 
 /// Whether a side begins at a feature.
 constexpr bool is_side(std::size_t feature) {
@@ -65,7 +66,9 @@ std::optional<Smoothed> common_joint(std::span<const double> z, std::span<const 
         if (joint) sigma.push_back(joint->sigma);
     if (!(static_cast<double>(sigma.size()) > joint_share * static_cast<double>(z.size()))) return std::nullopt;
     Smoothed smooth = smoothed_over(z, joints);
-    if (usual_off(joints, smooth) > most_unlike * std::hypot(usual(std::move(sigma)), ends_off_mm)) return std::nullopt;
+    if (sigma.size() >= rows_that_judge &&
+        usual_off(joints, smooth) > most_unlike * std::hypot(usual(sigma), ends_off_mm))
+        return std::nullopt;
     return smooth;
 }
 

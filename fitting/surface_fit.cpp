@@ -15,7 +15,6 @@
 #include "fitting/column_smoother.hpp"
 #include "fitting/curvature_joints.hpp"
 #include "fitting/cyclic.hpp"
-#include "fitting/isotonic.hpp"
 #include "fitting/knot_spacing.hpp"
 #include "fitting/row_alignment.hpp"
 #include "fitting/row_columns.hpp"
@@ -37,7 +36,6 @@ constexpr std::array<double, 10> weights{1e-6, 1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 
 /// Of the columns that the places on the rows follow, and of how many columns one is asked for it.
 constexpr std::array<double, 4> correction_weights{1.0, 1e1, 1e2, 1e3};
 constexpr std::size_t columns_asked = 16;
-constexpr double least_gap_share = 0.25;  // of the distance of two places on a row, when they move
 /// Columns to either side that share a weight, as a share of all.
 constexpr double window_share = 1.0 / 20.0;
 constexpr double least_distance_mm = 1e-3;  // of rows
@@ -166,9 +164,9 @@ class RowsFitter {
     }
 
     /// Parameter correction (seed 001, B12-B13): the places slide along their rows to where smooth columns have them,
-    /// so that what is left between a row and the columns is across the surface. Not of rows that are results: smooth
-    /// columns do not follow a part's own form, and where one row slides otherwise than the next the surface between
-    /// them leaves it.
+    /// so that what is left between a row and the columns is across the surface. A row whose places would pass each
+    /// other keeps them. Not of rows that are results: smooth columns do not follow a part's own form, and where one
+    /// row slides and the next does not the surface between them leaves it.
     void correct() {
         const std::size_t m = rows_.size();
         if (!smoother_.set_weight(correction_weight())) return;
@@ -184,33 +182,10 @@ class RowsFitter {
             }
         }
         for (std::size_t k = 0; k < m; ++k) {
-            keep_apart(places_[k], rows_[k].length_mm(), moved[k]);
-            places_[k] = std::move(moved[k]);
+            const bool once_round = moved[k].back() < moved[k].front() + rows_[k].length_mm();
+            if (once_round && std::is_sorted(moved[k].begin(), moved[k].end())) places_[k] = std::move(moved[k]);
         }
         sample();
-    }
-
-    /// Places that would come nearer to each other than a share of their distance go on together; from the widest gap.
-    static void keep_apart(const std::vector<double>& places, double period, std::vector<double>& moved) {
-        const std::size_t n = places.size();
-        std::size_t first = 0;
-        double widest = places.front() + period - places.back();
-        for (std::size_t i = 1; i < n; ++i) {
-            if (places[i] - places[i - 1] <= widest) continue;
-            widest = places[i] - places[i - 1];
-            first = i;
-        }
-        std::vector<double> free;
-        for (std::size_t k = 0; k < n; ++k) {
-            const std::size_t i = (first + k) % n;
-            free.push_back(moved[i] - least_gap_share * places[i] +
-                           (i < first ? (1.0 - least_gap_share) * period : 0.0));
-        }
-        make_ascending(free);
-        for (std::size_t k = 0; k < n; ++k) {
-            const std::size_t i = (first + k) % n;
-            moved[i] = free[k] + least_gap_share * places[i] - (i < first ? (1.0 - least_gap_share) * period : 0.0);
-        }
     }
 
     /// The stiffer the columns, the less do they follow the scatter of the places; where the part is no cubic over z,

@@ -9,8 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "fitting/isotonic.hpp"
-
 namespace cmm::fitting {
 namespace {
 
@@ -39,7 +37,7 @@ TEST(RowAlignment, PlacesFollowEachOtherOnEveryRow) {
                 << "row " << k << ", place " << i;
 }
 
-/// An LE that is longer by half from row to row: what is half-way along the sides stays there but for what the sides
+/// An LE that is longer from row to row: what is half-way along the sides stays there but for what the sides
 /// are shorter (a smooth map through the features alone had it off by 1 mm).
 TEST(RowAlignment, TheMiddlesOfSidesDoNotFollowTheEdges) {
     std::vector<RowFeatures> rows = alike(4);
@@ -72,15 +70,6 @@ TEST(RowAlignment, JointsThatRowsDoNotAgreeOnAreNone) {
     EXPECT_TRUE(apart.joints().empty());
     for (std::size_t k = 0; k < rows.size(); ++k)
         EXPECT_NEAR(apart.arc_length(k, apart.place(RowFeatures::te_begin)), 48.0, 1e-9);
-}
-
-TEST(MakeAscending, PoolsWhatDescends) {
-    std::vector<double> values{1.0, 4.0, 2.0, 3.0, 3.0, 7.0, 6.0};
-    make_ascending(values);
-    EXPECT_EQ(values, (std::vector<double>{1.0, 3.0, 3.0, 3.0, 3.0, 6.5, 6.5}));
-    std::vector<double> none;
-    make_ascending(none);
-    EXPECT_TRUE(none.empty());
 }
 
 }  // namespace
