@@ -43,16 +43,6 @@ std::vector<double> mean_chords_across(const std::vector<Profile>& profiles) {
     return chords;
 }
 
-/// A point that repeats its predecessor in every profile has no chord of its own.
-void drop_repeated_columns(std::vector<Profile>& profiles) {
-    auto chords = mean_chords_along(profiles);
-    for (std::size_t i = chords.size(); i-- > 0;) {
-        if (chords[i] > 1e-9) continue;
-        for (auto& profile : profiles)
-            profile.erase(profile.begin() + static_cast<std::ptrdiff_t>(i));
-    }
-}
-
 /// Where the height of the spline across equals z: the span is bracketed by its knots, then bisection guards Newton.
 double parameter_at_height(const CubicSpline& across, const std::vector<double>& knots, double z) {
     std::size_t k = 0;
@@ -74,7 +64,6 @@ double parameter_at_height(const CubicSpline& across, const std::vector<double>&
 }  // namespace
 
 Loft::Loft(std::vector<Profile> profiles) {
-    drop_repeated_columns(profiles);
     const auto knots = cumulative(0.0, mean_chords_along(profiles));
     across_knots_ = cumulative(0.0, mean_chords_across(profiles));
     for (auto& profile : profiles)

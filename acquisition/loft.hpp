@@ -15,7 +15,7 @@ namespace cmm::acquisition {
 /// along +z.
 class Loft {
   public:
-    /// At least 2 profiles with at least 3 points each.
+    /// At least 2 profiles with at least 3 points each, as many in each; none repeats the one before in all of them.
     explicit Loft(std::vector<std::vector<Eigen::Vector3d>> profiles);
 
     /// The parts of the span where every point of the profiles has a point of that height.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 
 #include "acquisition/loft.hpp"
 #include "acquisition/nominal_kinds.hpp"
@@ -18,6 +19,8 @@ using core::fail;
 using Profile = std::vector<Eigen::Vector3d>;
 
 constexpr double same_plane_mm = 1e-3;
+constexpr double same_point_mm = 1e-4;  // files round
+constexpr std::size_t least_points = 8;
 constexpr std::size_t curvature_samples_per_span = 4;
 
 Eigen::Vector3d centre_of(const Profile& profile) {
@@ -52,6 +55,20 @@ bool is_planar(const Profile& profile) {
     const auto [low, high] =
         std::minmax_element(profile.begin(), profile.end(), [](const auto& a, const auto& b) { return a.z() < b.z(); });
     return high->z() - low->z() < same_plane_mm;
+}
+
+bool same_point(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+    return (a - b).norm() < same_point_mm;
+}
+
+/// Leaves out a point that repeats the one before it in every one of the profiles, which have as many points each.
+void drop_repeats(std::span<Profile> profiles) {
+    for (std::size_t i = profiles.front().size(); i-- > 1 && profiles.front().size() > least_points;) {
+        if (!std::all_of(profiles.begin(), profiles.end(), [i](const auto& p) { return same_point(p[i - 1], p[i]); }))
+            continue;
+        for (auto& profile : profiles)
+            profile.erase(profile.begin() + static_cast<std::ptrdiff_t>(i));
+    }
 }
 
 double perimeter(const Profile& profile) {
@@ -162,8 +179,12 @@ std::vector<Profile> from_opposite_places(std::vector<Profile> profiles, const s
 /// Of one number of points, point k of each at the same place: as they are, begun elsewhere, or by arc length.
 std::vector<Profile> joined(std::vector<Profile> profiles) {
     const std::size_t n = profiles.front().size();
-    if (std::any_of(profiles.begin(), profiles.end(), [n](const Profile& p) { return p.size() != n; }))
+    if (std::any_of(profiles.begin(), profiles.end(), [n](const Profile& p) { return p.size() != n; })) {
+        for (auto& profile : profiles)
+            drop_repeats({&profile, 1});
         return from_the_sharpest(std::move(profiles));
+    }
+    drop_repeats(profiles);
     std::vector<std::vector<Eigen::Vector2d>> planes;
     std::transform(profiles.begin(), profiles.end(), std::back_inserter(planes), seen_along_z);
     const auto starts = profile_starts(planes);
@@ -227,12 +248,11 @@ class SectionsNominal final : public Nominal {
 };
 
 core::Result<Profile> checked(const PointSection& section, Profile profile) {
-    const auto same = [](const auto& a, const auto& b) { return (a - b).norm() < 1e-6; };
-    while (profile.size() > 1 && same(profile.front(), profile.back()))
+    while (profile.size() > 1 && same_point(profile.front(), profile.back()))
         profile.pop_back();
     const double area = signed_area(seen_along_z(profile));
     const double length = perimeter(profile);
-    if (profile.size() < 8 || std::abs(area) < 1e-6 * length * length) {
+    if (profile.size() < least_points || std::abs(area) < 1e-6 * length * length) {
         return fail(ErrorCode::input_invalid,
                     "nominal section '" + section.name + "' is no closed contour seen along the span (" +
                         std::to_string(profile.size()) + " points, area " + core::fixed(std::abs(area), 6) + " mm2)");

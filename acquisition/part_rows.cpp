@@ -19,6 +19,7 @@ using fitting::GapBridge, fitting::Surface, fitting::SurfaceRow, fitting::Zone;
 constexpr std::size_t fewest_whole = 2;
 /// Standard deviation of a place that other sections foretell: next to nothing beside a place of the contour.
 constexpr double foretold_sigma_mm = 0.01;
+constexpr double least_step_mm = 1e-3;
 
 /// The contour that was measured, in its order.
 std::vector<Eigen::Vector2d> measured_points(const SectionResult& section) {
@@ -26,6 +27,24 @@ std::vector<Eigen::Vector2d> measured_points(const SectionResult& section) {
     for (const auto& point : section.fit->contour)
         if (point.measured) points.push_back(point.position_mm);
     return points;
+}
+
+/// Where the ball's way is nearly as bent as the ball its contacts crowd, and lie apart beside that: a curve through the
+/// whole crowd would run wild there. The ends of gaps stay.
+void thin_out(std::vector<Eigen::Vector2d>& points, std::vector<GapBridge>& bridges) {
+    std::vector<char> stays(points.size(), 0);
+    for (const GapBridge& bridge : bridges)
+        stays[bridge.before] = stays[(bridge.before + 1) % points.size()] = 1;
+    std::vector<Eigen::Vector2d> kept;
+    std::vector<std::size_t> index;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+        if (kept.empty() || stays[i] != 0 || (points[i] - kept.back()).norm() >= least_step_mm)
+            kept.push_back(points[i]);
+        index.push_back(kept.size() - 1);
+    }
+    for (GapBridge& bridge : bridges)
+        bridge.before = index[bridge.before];
+    points = std::move(kept);
 }
 
 /// Over each gap the way of a surface at the section's height, moved evenly from what the gap's one end is off it to
@@ -106,15 +125,15 @@ class RowMaker {
         const fitting::SurfaceIndex index(fit->surface);
         for (const std::size_t k : next) {
             const SectionResult& section = *sections_[k];
-            const auto bridges = bridges_along(fit->surface, index, section);
-            if (auto status = make(k, measured_points(section), bridges); !status) return status;
+            auto bridges = bridges_along(fit->surface, index, section);
+            if (auto status = make(k, measured_points(section), std::move(bridges)); !status) return status;
         }
         return {};
     }
 
-    core::Status make(std::size_t k, const std::vector<Eigen::Vector2d>& points,
-                      const std::vector<GapBridge>& bridges) {
+    core::Status make(std::size_t k, std::vector<Eigen::Vector2d> points, std::vector<GapBridge> bridges) {
         const SectionResult& section = *sections_[k];
+        thin_out(points, bridges);
         auto curve = fitting::smooth_closed(points, bridges);
         auto row = curve ? SurfaceRow::make(std::move(*curve), section.z_mm, 0.0, nose_of(section, Zone::le),
                                             nose_of(section, Zone::te))

@@ -13,6 +13,7 @@ namespace cmm::fitting {
 namespace {
 
 constexpr double joint_share = 0.6;         // of the rows that know a joint
+constexpr double same_way_share = 0.8;      // of those: the curvature rises there, or it falls
 constexpr double most_unlike = 1.25;        // of its places: those of joints that all rows have are 0.90 at most
 constexpr std::size_t rows_that_judge = 6;  // of a form over z that fewer do not tell
 constexpr double step_range = 3.0;          // of a joint's step over the rows, over the usual one
@@ -55,6 +56,14 @@ double usual_off(std::span<const std::optional<Known>> known, const Smoothed& sm
     for (std::size_t k = 0; k < known.size(); ++k)
         if (known[k]) off.push_back(std::abs(known[k]->value - smooth.value[k]));
     return usual(std::move(off));
+}
+
+/// Whether a step up is one on most rows that know the joint, or a step down.
+bool same_way(std::span<const RowFeatures> rows, RowFeatures::Feature end) {
+    double up = 0.0, down = 0.0;
+    for (const RowFeatures& row : rows)
+        if (row.joints[end]) (row.joints[end]->step > 0.0 ? up : down) += 1.0;
+    return std::max(up, down) >= same_way_share * (up + down);
 }
 
 /// Where most rows know a joint, and agree on its place, by what each can tell and by how evenly the edges end
@@ -102,7 +111,7 @@ RowAlignment::RowAlignment(std::span<const RowFeatures> rows) {
                 at_joints[k] = Known{from_nose(k, joint->s_mm) - origin(k), std::max(joint->sigma_mm, least_told_mm)};
         }
         Smoothed smooth = smoothed_over(z, ends);
-        if (auto joint = common_joint(z, at_joints, usual_off(ends, smooth))) {
+        if (auto joint = common_joint(z, at_joints, usual_off(ends, smooth)); joint && same_way(rows, end)) {
             at_joint[end] = true;
             smooth = std::move(*joint);
         }

@@ -90,28 +90,46 @@ Vec2 SurfaceRow::at(double s_mm) const {
 
 namespace {
 
-/// Where the others have the nose of a row whose own lies elsewhere, as that of a row with a dent beside it does.
-void take_noses_of_others(std::span<const SurfaceRow> rows, RowFeatures::Feature nose,
-                          std::vector<RowFeatures>& features) {
-    if (rows.size() < rows_that_tell_noses) return;
-    std::vector<double> z;
-    std::array<std::vector<std::optional<Known>>, 2> place;
-    for (const SurfaceRow& row : rows) {
-        z.push_back(row.z_mm());
-        const Vec2 p = row.at(row.features().s_mm[nose]);
-        place[0].push_back(Known{p.x()});
-        place[1].push_back(Known{p.y()});
-    }
-    const auto x = smoothed_over(z, place[0]).value, y = smoothed_over(z, place[1]).value;
-    std::vector<double> off;
-    for (std::size_t k = 0; k < rows.size(); ++k)
-        off.push_back(std::hypot(place[0][k]->value - x[k], place[1][k]->value - y[k]));
-    std::vector<double> sorted = off;
-    const double far = far_nose_medians * nth_smallest(sorted, sorted.size() / 2) + far_nose_mm;
+constexpr int most_halvings = 40;
+
+double angle_of(const Vec2& v) {
+    return std::atan2(v.y(), v.x());
+}
+
+/// Outward, of the row at an arc length.
+Vec2 normal_at(const SurfaceRow& row, double s_mm) {
+    const Vec2 along = row.smooth().curve.jet(row.parameter(s_mm)).d1;
+    return {along.y(), -along.x()};
+}
+
+/// A nose is where its edge faces in a direction to the chord that changes smoothly over the rows: a round edge does
+/// not tell its nose from the places beside it, but which way it faces there.
+void face_together(std::span<const SurfaceRow> rows, RowFeatures::Feature nose, std::vector<RowFeatures>& features) {
+    const bool le = nose == RowFeatures::le_nose;
+    const auto begin = le ? RowFeatures::le_begin : RowFeatures::te_begin, end = le ? RowFeatures::le_end : RowFeatures::te_end;
+    std::vector<double> z, chord;
+    std::vector<std::optional<Known>> facing;
     for (std::size_t k = 0; k < rows.size(); ++k) {
-        if (off[k] <= far) continue;
-        const ClosestPointIndex index(rows[k].smooth().curve);
-        features[k].s_mm[nose] = rows[k].arc_length(index.closest({x[k], y[k]}).t);
+        const auto& s = features[k].s_mm;
+        const Vec2 to_nose = rows[k].at(s[nose]) - rows[k].at(s[le ? RowFeatures::te_nose : RowFeatures::le_nose]);
+        z.push_back(rows[k].z_mm());
+        chord.push_back(angle_of(to_nose));
+        facing.push_back(Known{std::remainder(angle_of(normal_at(rows[k], s[nose])) - chord[k], 2.0 * M_PI)});
+    }
+    const auto common = smoothed_over(z, facing).value;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+        const double length = features[k].length_mm, from = features[k].s_mm[begin];
+        const auto ahead = [&](double s) { return s - std::floor(s / length) * length; };
+        const auto beyond = [&](double s) {
+            return std::remainder(angle_of(normal_at(rows[k], s)) - chord[k] - common[k], 2.0 * M_PI);
+        };
+        double low = from, high = from + ahead(features[k].s_mm[end] - from);
+        if (!(beyond(low) < 0.0 && beyond(high) > 0.0)) continue;
+        for (int i = 0; i < most_halvings; ++i) {
+            const double middle = 0.5 * (low + high);
+            (beyond(middle) < 0.0 ? low : high) = middle;
+        }
+        features[k].s_mm[nose] = ahead(0.5 * (low + high));
     }
 }
 
@@ -130,7 +148,7 @@ std::vector<RowFeatures> features_of(std::span<const SurfaceRow> rows) {
     for (const SurfaceRow& row : rows)
         features.push_back(row.features());
     for (const auto nose : {RowFeatures::le_nose, RowFeatures::te_nose})
-        take_noses_of_others(rows, nose, features);
+        face_together(rows, nose, features);
     return features;
 }
 
