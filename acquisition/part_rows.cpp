@@ -29,8 +29,8 @@ std::vector<Eigen::Vector2d> measured_points(const SectionResult& section) {
     return points;
 }
 
-/// Where the ball's way is nearly as bent as the ball its contacts crowd, and lie apart beside that: a curve through the
-/// whole crowd would run wild there. The ends of gaps stay.
+/// Where the ball's way is nearly as bent as the ball its contacts crowd, and lie apart beside that: a curve through
+/// the whole crowd would run wild there. The ends of gaps stay.
 void thin_out(std::vector<Eigen::Vector2d>& points, std::vector<GapBridge>& bridges) {
     std::vector<char> stays(points.size(), 0);
     for (const GapBridge& bridge : bridges)

@@ -15,7 +15,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double witness_sd = 8.0;       // in sigmas: of a prediction that frees a point at the first hearing
+constexpr double witness_sd = 2.0;       // in sigmas: of a prediction that frees a point at the first hearing
 constexpr std::ptrdiff_t reach = 2;      // neighbours a side in the test: so far a suspect may accuse
 constexpr std::ptrdiff_t merge_gap = 3;  // accused stretches nearer than this are one
 constexpr std::size_t fewest_judged_points = 7;

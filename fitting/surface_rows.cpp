@@ -3,21 +3,20 @@
 
 #include <algorithm>
 #include <array>
+#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
+#include <cstdint>
+#include <numbers>
 #include <utility>
 
-#include "fitting/closest_point.hpp"
 #include "fitting/edges.hpp"
 #include "fitting/offset.hpp"
 #include "fitting/over_rows.hpp"
-#include "fitting/statistics.hpp"
 
 namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t searched_row_points = 400;
-constexpr std::size_t rows_that_tell_noses = 6;
-constexpr double far_nose_medians = 6.0, far_nose_mm = 0.05;  // of a nose from where the others have it
 
 }  // namespace
 
@@ -90,46 +89,50 @@ Vec2 SurfaceRow::at(double s_mm) const {
 
 namespace {
 
-constexpr int most_halvings = 40;
+constexpr double least_told_nose_mm = 1e-7;
+constexpr std::uintmax_t most_facings = 60;
 
+double angle_between(double a, double b) {
+    return std::remainder(b - a, 2.0 * std::numbers::pi);
+}
 double angle_of(const Vec2& v) {
     return std::atan2(v.y(), v.x());
 }
-
-/// Outward, of the row at an arc length.
-Vec2 normal_at(const SurfaceRow& row, double s_mm) {
-    const Vec2 along = row.smooth().curve.jet(row.parameter(s_mm)).d1;
-    return {along.y(), -along.x()};
+/// Which way the row faces at a parameter of its curve: outwards.
+double facing_at(const SurfaceRow& row, double t) {
+    const Vec2 along = row.smooth().curve.jet(t).d1;
+    return angle_of({along.y(), -along.x()});
 }
 
 /// A nose is where its edge faces in a direction to the chord that changes smoothly over the rows: a round edge does
 /// not tell its nose from the places beside it, but which way it faces there.
 void face_together(std::span<const SurfaceRow> rows, RowFeatures::Feature nose, std::vector<RowFeatures>& features) {
     const bool le = nose == RowFeatures::le_nose;
-    const auto begin = le ? RowFeatures::le_begin : RowFeatures::te_begin, end = le ? RowFeatures::le_end : RowFeatures::te_end;
+    const auto begin = le ? RowFeatures::le_begin : RowFeatures::te_begin;
+    const auto end = le ? RowFeatures::le_end : RowFeatures::te_end;
+    const auto other = le ? RowFeatures::te_nose : RowFeatures::le_nose;
     std::vector<double> z, chord;
     std::vector<std::optional<Known>> facing;
     for (std::size_t k = 0; k < rows.size(); ++k) {
         const auto& s = features[k].s_mm;
-        const Vec2 to_nose = rows[k].at(s[nose]) - rows[k].at(s[le ? RowFeatures::te_nose : RowFeatures::le_nose]);
         z.push_back(rows[k].z_mm());
-        chord.push_back(angle_of(to_nose));
-        facing.push_back(Known{std::remainder(angle_of(normal_at(rows[k], s[nose])) - chord[k], 2.0 * M_PI)});
+        chord.push_back(angle_of(rows[k].at(s[nose]) - rows[k].at(s[other])));
+        facing.push_back(Known{angle_between(chord[k], facing_at(rows[k], rows[k].parameter(s[nose])))});
     }
     const auto common = smoothed_over(z, facing).value;
     for (std::size_t k = 0; k < rows.size(); ++k) {
-        const double length = features[k].length_mm, from = features[k].s_mm[begin];
-        const auto ahead = [&](double s) { return s - std::floor(s / length) * length; };
-        const auto beyond = [&](double s) {
-            return std::remainder(angle_of(normal_at(rows[k], s)) - chord[k] - common[k], 2.0 * M_PI);
+        const PiecewiseCubic& curve = rows[k].smooth().curve;
+        auto& s = features[k].s_mm;
+        const double from = rows[k].parameter(s[begin]), width = curve.ahead(from, rows[k].parameter(s[end]));
+        const auto beyond = [&](double ahead) {
+            return angle_between(chord[k] + common[k], facing_at(rows[k], curve.wrap(from + ahead)));
         };
-        double low = from, high = from + ahead(features[k].s_mm[end] - from);
-        if (!(beyond(low) < 0.0 && beyond(high) > 0.0)) continue;
-        for (int i = 0; i < most_halvings; ++i) {
-            const double middle = 0.5 * (low + high);
-            (beyond(middle) < 0.0 ? low : high) = middle;
-        }
-        features[k].s_mm[nose] = ahead(0.5 * (low + high));
+        const double low = beyond(0.0), high = beyond(width);
+        if (!(low < 0.0 && high > 0.0)) continue;
+        const auto near = [](double a, double b) { return std::abs(b - a) < least_told_nose_mm; };
+        std::uintmax_t evaluations = most_facings;
+        const auto place = boost::math::tools::toms748_solve(beyond, 0.0, width, low, high, near, evaluations);
+        s[nose] = rows[k].arc_length(curve.wrap(from + 0.5 * (place.first + place.second)));
     }
 }
 

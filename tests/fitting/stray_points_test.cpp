@@ -22,7 +22,8 @@ StrayPoints strays_of(const FittedBlade& fitted, std::size_t k) {
 TEST(StrayPoints, WhatASectionTakesForItsFormTheOthersBetray) {
     std::size_t missed = 0, found = 0;
     for (const auto& [family, seed] : {std::pair{families::Family::fan, 7}, std::pair{families::Family::fan, 12},
-                                       std::pair{families::Family::fan, 24}, std::pair{families::Family::fan, 28}}) {
+                                       std::pair{families::Family::fan, 24}, std::pair{families::Family::fan, 28},
+                                       std::pair{families::Family::fan, 31}}) {
         const FittedBlade fitted(family, static_cast<std::uint64_t>(seed));
         SCOPED_TRACE(fitted.blade.name());
         for (std::size_t k = 0; k < fitted.fits.size(); ++k) {
