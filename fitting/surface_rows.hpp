@@ -45,8 +45,8 @@ class SurfaceRow {
     Vec2 le_, te_;
 };
 
-/// With noses where the edges face the way that the edges of all rows do, to their chords: what a round edge tells of its
-/// own nose is next to nothing, and one beside a dent lies elsewhere.
+/// With noses where the edges face the way that the edges of all rows do, to their chords: what a round edge tells of
+/// its own nose is next to nothing, and one beside a dent lies elsewhere.
 std::vector<RowFeatures> features_of(std::span<const SurfaceRow> rows);
 
 /// Of the rows at a quarter, half and three quarters of the height that whose curve has neither the most nor the fewest
