@@ -72,5 +72,19 @@ TEST(RowAlignment, JointsThatRowsDoNotAgreeOnAreNone) {
         EXPECT_NEAR(apart.arc_length(k, apart.place(RowFeatures::te_begin)), 48.0, 1e-9);
 }
 
+/// Of the part the curvature rises on all rows, or falls; one that steps the other way may be a bad point's.
+TEST(RowAlignment, JointsThatStepBothWaysAreNone) {
+    std::vector<RowFeatures> rows = alike(12);
+    const auto joints_with = [&](std::size_t falling) {
+        for (std::size_t k = 0; k < rows.size(); ++k)
+            rows[k].joints[RowFeatures::te_begin] = RowJoint{47.5, 0.05, k < falling ? -0.5 : 0.5};
+        return RowAlignment(rows).joints().size();
+    };
+    EXPECT_EQ(joints_with(0), 1U);
+    EXPECT_EQ(joints_with(2), 1U);
+    EXPECT_EQ(joints_with(4), 0U);
+    EXPECT_EQ(joints_with(12), 1U);
+}
+
 }  // namespace
 }  // namespace cmm::fitting
