@@ -161,6 +161,19 @@ std::vector<KnotRoughness> KnownFit::roughness(const KnownShape& shape) const {
     return told;
 }
 
+bool KnownFit::has_knots_of(const KnownFit& other) const {
+    return controls() == other.controls() &&
+           std::equal(knots_.begin(), knots_.end(), other.knots_.begin(), other.knots_.end(),
+                      [](const KnotCluster& a, const KnotCluster& b) { return a.first == b.first; });
+}
+
+core::Status KnownFit::move_expected(std::span<const double> displacement) {
+    system_.move_expected(displacement);
+    if (auto status = system_.refine(1); !status) return status;
+    system_.measure();
+    return {};
+}
+
 SmoothCurve KnownFit::finish() && {
     return std::move(system_).finish(std::move(joints_), order_, origin_, doubt_);
 }

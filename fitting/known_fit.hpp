@@ -43,6 +43,15 @@ class KnownFit {
     const std::vector<CurvatureStep>& joints() const { return joints_; }
     /// What the points say of the roughness at a break of the shape, for each but the last; nothing beside joints.
     std::vector<KnotRoughness> roughness(const KnownShape& shape) const;
+    std::size_t controls() const { return system_.spans(); }
+    /// Whether all controls and joints of another fit are at the same places as this one's, counted.
+    bool has_knots_of(const KnownFit& other) const;
+    /// See SmoothingSystem::add_to_common.
+    void add_to_common(BandSolver<4>& normal, std::vector<double>& moment) const {
+        system_.add_to_common(normal, moment);
+    }
+    /// To where others have it as well, and from there to where its own points do. Errors: as fit.
+    core::Status move_expected(std::span<const double> displacement);
     /// The curve; the fit is used up.
     SmoothCurve finish() &&;
 

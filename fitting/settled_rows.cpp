@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "fitting/common_moves.hpp"
 #include "fitting/knot_spacing.hpp"
 #include "fitting/known_fit.hpp"
 #include "fitting/row_alignment.hpp"
@@ -30,6 +31,7 @@ constexpr int judged_round = 1;
 /// That what the rows have in common may take a curve from where its own points have it: by chance it does by two
 /// standard deviations of a point, where a few bad points were not found by eight.
 constexpr double most_strayed_sigmas = 10.0, least_strayed_mm = 5e-3;
+constexpr int rounds_a_move = 3;           // at the end, of all rows together
 constexpr std::size_t rows_that_tell = 6;  // how rough it is at a knot; fewer have their joints alone in common
 
 /// What rows have in common, along u from where they begin: half-way along a side, where there are no joints.
@@ -225,6 +227,10 @@ std::vector<SurfaceRow> settle_rows(std::span<const SurfaceRow> rows, int rounds
             if (known) common.hear_joints(k, fit);
         }
     }
+    std::vector<KnownFit*> alike;
+    for (SettlingRow& row : settling)
+        if (row.alike) alike.push_back(&row.fit);
+    move_together(alike, (rounds + 1) / rounds_a_move, rows_that_tell);
     std::vector<SurfaceRow> settled;
     settled.reserve(rows.size());
     for (std::size_t k = 0; k < rows.size(); ++k) {

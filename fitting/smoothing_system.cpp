@@ -268,16 +268,21 @@ void SmoothingSystem::sum_points() {
     residual_squares_ = squares;
 }
 
+/// Against that of a point, whose variance is `noise`.
+double SmoothingSystem::jump_weight(std::size_t knot, double noise) const {
+    const double of_middle = jump_row_[knot][2];
+    return std::min(noise / roughness_.variance()[knot], stiffest / (of_middle * of_middle));
+}
+
 /// The normal displacements of the controls that fit the residuals with the present roughness, or so many times it.
 bool SmoothingSystem::solve(double times) {
-    const auto& variance = roughness_.variance();
     const double noise = sigma_ * sigma_ / times;
     weighted_row_.resize(spans_);
     displacement_.resize(spans_ + lap);
     moved_.resize(spans_);
     for (std::size_t k = 0; k < spans_; ++k) {
         const Five& row = jump_row_[k];
-        const double weight = std::min(noise / variance[k], stiffest / (row[2] * row[2]));
+        const double weight = jump_weight(k, noise);
         for (std::size_t a = 0; a < 5; ++a)
             weighted_row_[k][a] = weight * row[a];
         moved_[k] = jump_[k] - expected_[k];
@@ -358,6 +363,32 @@ void SmoothingSystem::move() {
     for (std::size_t k = 0; k < spans_; ++k)
         controls_[k] += displacement_[k] * normals[k];
     set_curve();
+}
+
+void SmoothingSystem::add_to_common(BandSolver<4>& normal, std::vector<double>& moment) const {
+    const double noise = sigma_ * sigma_, weight = 1.0 / noise;
+    for (std::size_t i = 0; i < spans_; ++i) {
+        const Four& g = gram_[i];
+        normal.add_row(i, {weight * g[0], weight * g[1], weight * g[2], weight * g[3], 0.0});
+        moment[i] += weight * moment_[i];
+    }
+    for (std::size_t k = 0; k < spans_; ++k) {
+        const Five& row = jump_row_[k];
+        const double of_jump = weight * jump_weight(k, noise);
+        for (std::size_t a = 0; a < 5; ++a)
+            for (std::size_t c = 0; c <= a; ++c)
+                normal.add(wrapped(k + a), wrapped(k + c), of_jump * row[a] * row[c]);
+    }
+}
+
+void SmoothingSystem::move_expected(std::span<const double> displacement) {
+    for (std::size_t k = 0; k < spans_; ++k) {
+        displacement_[k] = displacement[k];
+        for (std::size_t a = 0; a < 5; ++a)
+            expected_[k] += jump_row_[k][a] * displacement[wrapped(k + a)];
+    }
+    move();
+    measure();
 }
 
 void SmoothingSystem::set_curve() {

@@ -32,6 +32,12 @@ class SmoothingSystem {
     /// roughness of the nearest old one, those in `calm` (old knots) as `Roughness::carry_over` says.
     core::Status change_breaks(std::vector<double> breaks, const std::vector<Roughness::Run>& calm);
 
+    /// Adds to the normal equations of a displacement that all of several curves with as many controls have what this
+    /// one's points and its jumps say of it.
+    void add_to_common(BandSolver<4>& normal, std::vector<double>& moment) const;
+    /// The curve is expected to be elsewhere by that, control by control, and moves there: before the next `refine`.
+    void move_expected(std::span<const double> displacement);
+
     /// So many solutions, each with the noise and the roughness that the one before tells; then the curve moves.
     /// Errors: fit_not_evaluable (singular).
     core::Status refine(int count);
@@ -111,6 +117,7 @@ class SmoothingSystem {
     void measure_points();
     double weight_of(std::size_t point) const;
     void sum_points();
+    double jump_weight(std::size_t knot, double noise) const;
     bool solve(double times = 1.0);
     void tune();
     void move();

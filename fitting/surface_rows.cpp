@@ -3,9 +3,7 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
-#include <cstdint>
 #include <numbers>
 #include <utility>
 
@@ -89,8 +87,7 @@ Vec2 SurfaceRow::at(double s_mm) const {
 
 namespace {
 
-constexpr double least_told_nose_mm = 1e-7;
-constexpr std::uintmax_t most_facings = 60;
+constexpr int facing_halvings = 30;  // of an edge: nanometres of some millimetres
 
 double angle_between(double a, double b) {
     return std::remainder(b - a, 2.0 * std::numbers::pi);
@@ -127,12 +124,13 @@ void face_together(std::span<const SurfaceRow> rows, RowFeatures::Feature nose, 
         const auto beyond = [&](double ahead) {
             return angle_between(chord[k] + common[k], facing_at(rows[k], curve.wrap(from + ahead)));
         };
-        const double low = beyond(0.0), high = beyond(width);
-        if (!(low < 0.0 && high > 0.0)) continue;
-        const auto near = [](double a, double b) { return std::abs(b - a) < least_told_nose_mm; };
-        std::uintmax_t evaluations = most_facings;
-        const auto place = boost::math::tools::toms748_solve(beyond, 0.0, width, low, high, near, evaluations);
-        s[nose] = rows[k].arc_length(curve.wrap(from + 0.5 * (place.first + place.second)));
+        if (!(beyond(0.0) < 0.0 && beyond(width) > 0.0)) continue;
+        double low = 0.0, high = width;
+        for (int halving = 0; halving < facing_halvings; ++halving) {
+            const double middle = 0.5 * (low + high);
+            (beyond(middle) < 0.0 ? low : high) = middle;
+        }
+        s[nose] = rows[k].arc_length(curve.wrap(from + 0.5 * (low + high)));
     }
 }
 

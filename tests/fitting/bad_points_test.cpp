@@ -284,7 +284,7 @@ TEST(BadPointsOfFamilies, DeeperThanTheTurnOfTheBallAreFound) {
 }
 
 /// 102, 197 and 31 um, a point each tenth of a millimetre, in 5 um of noise: judged with the others of its run among
-/// its neighbours none is far off what they foretell, which is worth little. The contour had a loop of 0.15 mm there.
+/// its neighbours none is far off what they foretell, which is worth little.
 TEST(BadPointsOfFamilies, SteepRunsDoNotExcuseThemselves) {
     const families::TwistedBlade blade(Family::turbine, 2);
     ScanOptions scanning;
