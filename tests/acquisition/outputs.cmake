@@ -14,6 +14,14 @@ cmm_test(decision_risk_tests
         ${PROJECT_SOURCE_DIR}/tests/fitting/support/twisted_blade.cpp
     LIBS cmm::acquisition TIMEOUT 300)
 target_include_directories(decision_risk_tests PRIVATE ${PROJECT_SOURCE_DIR}/tests/fitting)
+# Contours of simulated blades over many seeds, a table: built and run by hand.
+add_executable(families_sweep EXCLUDE_FROM_ALL families_sweep.cpp
+    ${PROJECT_SOURCE_DIR}/tests/fitting/support/exact_sections.cpp
+    ${PROJECT_SOURCE_DIR}/tests/fitting/support/families.cpp
+    ${PROJECT_SOURCE_DIR}/tests/fitting/support/family_scan.cpp
+    ${PROJECT_SOURCE_DIR}/tests/fitting/support/twisted_blade.cpp)
+target_link_libraries(families_sweep PRIVATE cmm::acquisition cmm_options)
+target_include_directories(families_sweep PRIVATE ${PROJECT_SOURCE_DIR}/tests/fitting)
 # Curvatures of simulated blades through the whole fit.
 cmm_test(curvature_tests
     SOURCES curvature_extreme_test.cpp
