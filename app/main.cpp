@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <functional>
+#include <string_view>
 
 #include "app/commands.hpp"
 #include "app/console.hpp"
@@ -308,8 +310,10 @@ int main(int argc, char** argv) {
         try {
             line.app().parse(argc, argv);
         } catch (const CLI::ParseError& error) {
-            const int code = line.app().exit(error);
-            return code == 0 ? 0 : 3;
+            if (error.get_exit_code() == 0) return line.app().exit(error);  // help, version
+            const bool json = std::find(argv, argv + argc, std::string_view("--json")) != argv + argc;
+            return cmm::app::report({cmm::core::ErrorCode::usage, error.what(), {}, cmm::core::Motion::not_concerned},
+                                    json);
         }
         return action();
     } catch (const std::exception& error) {

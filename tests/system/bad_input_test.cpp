@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/process.hpp"
 
@@ -122,6 +123,14 @@ TEST(BadInput, UsageErrorsAreThree) {
         std::vector<std::string> command{cmmlive()};
         command.insert(command.end(), arguments.begin(), arguments.end());
         EXPECT_EQ(run(command).exit_code, 3) << (arguments.empty() ? "(none)" : arguments.front());
+        command.push_back("--json");
+        const auto told = run(command);
+        EXPECT_EQ(told.exit_code, 3) << told.err;
+        const auto document = nlohmann::json::parse(told.out, nullptr, false);
+        ASSERT_TRUE(document.is_object()) << told.out << told.err;
+        EXPECT_EQ(document["error"]["code"], "usage");
+        EXPECT_EQ(document["exit_code"], 3);
+        EXPECT_NE(told.err.find("--help"), std::string::npos) << told.err;
     }
     EXPECT_EQ(run({cmmlive(), "--json"}).exit_code, 3);
     EXPECT_EQ(run({cmmlive(), "--version"}).exit_code, 0);
