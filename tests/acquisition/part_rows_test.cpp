@@ -81,6 +81,26 @@ TEST(PartRows, OverAGapARowGoesAsTheOthersDo) {
     }
 }
 
+/// Where the ball's way is nearly as bent as the ball contacts crowd, to a tenth of a micrometre, and lie 0.05 mm apart
+/// beside that: a row that followed all of them ran forth and back there.
+TEST(PartRows, CrowdedContactsMakeNoLoop) {
+    auto part = thick_part_without(round_the_le, {});
+    const auto smooth = rows_of(part);
+    auto& contour = part.sections[3].fit->contour;
+    constexpr std::size_t first = 30, crowd = 20;
+    const Eigen::Vector2d from = contour[first].position_mm, to = contour[first + 2 * crowd].position_mm;
+    const Eigen::Vector2d along = (to - from).normalized(), across(-along.y(), along.x());
+    for (std::size_t i = 0; i < crowd; ++i) {
+        const double step_mm = 1e-4 * static_cast<double>(i), off_mm = i % 2 == 0 ? 2e-5 : -2e-5;
+        contour[first + i].position_mm = from + step_mm * along + off_mm * across;
+        contour[first + 2 * crowd - i].position_mm = to - step_mm * along + off_mm * across;
+    }
+    contour[first + crowd].position_mm = to - 1e-4 * crowd * along;
+    const auto crowded = rows_of(part);
+    ASSERT_TRUE(smooth && crowded);
+    EXPECT_NEAR(crowded->at(3).length_mm(), smooth->at(3).length_mm(), 2e-3);
+}
+
 TEST(PartRows, WithFewerThanTwoWholeSectionsTheyKeepTheirBridges) {
     const auto part = thick_part_without(on_suction_side, {0, 1}, "[20, 25, 30]");
     EXPECT_LT(most_off_mm(part), 1.5e-3);
