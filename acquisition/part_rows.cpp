@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
@@ -19,7 +20,8 @@ using fitting::GapBridge, fitting::Surface, fitting::SurfaceRow, fitting::Zone;
 constexpr std::size_t fewest_whole = 2;
 /// Standard deviation of a place that other sections foretell: next to nothing beside a place of the contour.
 constexpr double foretold_sigma_mm = 0.01;
-constexpr double least_step_mm = 1e-3;
+/// Steps of the contour that differ by more are a crowd's and the wide one's beside it.
+constexpr double least_share_of_step = 0.1;
 
 /// The contour that was measured, in its order.
 std::vector<Eigen::Vector2d> measured_points(const SectionResult& section) {
@@ -29,17 +31,41 @@ std::vector<Eigen::Vector2d> measured_points(const SectionResult& section) {
     return points;
 }
 
+/// Goes through the points that are kept, in the given order of their indices, and drops those that lie nearer to
+/// the last than a fraction of the step before.
+/// @param stays Points that are not dropped. From one to the next is a gap, whose width says nothing of the steps.
+void keep_apart(const std::vector<Eigen::Vector2d>& points, const std::vector<char>& stays,
+                const std::vector<std::size_t>& order, std::vector<char>& kept) {
+    double before_mm = 0.0;
+    for (std::size_t i = 1; i < points.size(); ++i)
+        before_mm += (points[i] - points[i - 1]).norm() / static_cast<double>(points.size());
+    std::optional<std::size_t> last;
+    for (const std::size_t i : order) {
+        if (kept[i] == 0) continue;
+        const double step_mm = last ? (points[i] - points[*last]).norm() : before_mm;
+        const bool over_a_gap = last && stays[i] != 0 && stays[*last] != 0;
+        kept[i] = stays[i] != 0 || step_mm >= least_share_of_step * before_mm ? 1 : 0;
+        if (kept[i] == 0) continue;
+        if (!over_a_gap) before_mm = step_mm;
+        last = i;
+    }
+}
+
 /// Where the ball's way is nearly as bent as the ball its contacts crowd, and lie apart beside that: a curve through
 /// the whole crowd would run wild there. The ends of gaps stay.
 void thin_out(std::vector<Eigen::Vector2d>& points, std::vector<GapBridge>& bridges) {
-    std::vector<char> stays(points.size(), 0);
+    std::vector<char> stays(points.size(), 0), keeps(points.size(), 1);
     for (const GapBridge& bridge : bridges)
         stays[bridge.before] = stays[(bridge.before + 1) % points.size()] = 1;
+    std::vector<std::size_t> order(points.size());
+    std::iota(order.begin(), order.end(), 0);
+    keep_apart(points, stays, order, keeps);
+    std::reverse(order.begin(), order.end());
+    keep_apart(points, stays, order, keeps);
     std::vector<Eigen::Vector2d> kept;
     std::vector<std::size_t> index;
     for (std::size_t i = 0; i < points.size(); ++i) {
-        if (kept.empty() || stays[i] != 0 || (points[i] - kept.back()).norm() >= least_step_mm)
-            kept.push_back(points[i]);
+        if (keeps[i] != 0) kept.push_back(points[i]);
         index.push_back(kept.size() - 1);
     }
     for (GapBridge& bridge : bridges)
