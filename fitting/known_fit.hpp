@@ -47,8 +47,8 @@ class KnownFit {
     /// Whether all controls and joints of another fit are at the same places as this one's, counted.
     bool has_knots_of(const KnownFit& other) const;
     /// See SmoothingSystem::add_to_common.
-    void add_to_common(BandSolver<4>& normal, std::vector<double>& moment) const {
-        system_.add_to_common(normal, moment);
+    void add_to_common(BandSolver<4>& normal, std::vector<double>& moment, double share_of_jumps) const {
+        system_.add_to_common(normal, moment, share_of_jumps);
     }
     /// To where others have it as well, and from there to where its own points do. Errors: as fit.
     core::Status move_expected(std::span<const double> displacement);

@@ -12,8 +12,11 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr double joint_share = 0.6;         // of the rows that know a joint
-constexpr double same_way_share = 0.8;      // of those: the curvature rises there, or it falls
+constexpr double joint_share = 0.6;         // of few rows: know a joint that all have
+constexpr double least_joint_share = 0.2;   // of all rows: agree on a joint
+constexpr double agreeing_share = 0.5;      // of those that know one
+constexpr double agreeing_sigmas = 3.0;     // from one to the next
+constexpr double same_way_share = 0.8;      // of what is told of one place: the curvature rises there, or it falls
 constexpr double most_unlike = 1.25;        // of its places: those of joints that all rows have are 0.90 at most
 constexpr std::size_t rows_that_judge = 6;  // of a form over z that fewer do not tell
 constexpr double step_range = 3.0;          // of a joint's step over the rows, over the usual one
@@ -29,26 +32,45 @@ constexpr std::size_t knot_of(std::size_t feature) {
     return feature + (feature > RowFeatures::le_end ? 2 : 0) + (feature > RowFeatures::te_end ? 2 : 0);
 }
 
-/// Steps of the curvature at a joint, smoothed over the rows. A row whose points are off there tells any step.
-std::vector<double> common_steps(std::span<const RowFeatures> rows, RowFeatures::Feature end,
-                                 std::span<const double> z) {
-    std::vector<double> steps;
-    for (const RowFeatures& row : rows)
-        if (row.joints[end]) steps.push_back(row.joints[end]->step);
-    const double usual = nth_smallest(steps, steps.size() / 2);
-    const auto [low, high] = std::minmax({usual / step_range, usual * step_range});
-    std::vector<std::optional<Known>> known(rows.size());
-    for (std::size_t k = 0; k < rows.size(); ++k)
-        if (rows[k].joints[end]) known[k] = Known{std::clamp(rows[k].joints[end]->step, low, high)};
-    auto smooth = smoothed_over(z, known).value;
-    for (double& step : smooth)
-        step = std::clamp(step, low, high);
-    return smooth;
+/// What the rows know of the joint at one end of their edges: its place from where places count, mm. By row.
+using ToldJoints = std::vector<std::optional<RowJoint>>;
+
+std::size_t count_of(const ToldJoints& told) {
+    return static_cast<std::size_t>(
+        std::count_if(told.begin(), told.end(), [](const auto& j) { return j.has_value(); }));
+}
+
+std::vector<std::optional<Known>> places_of(const ToldJoints& told) {
+    std::vector<std::optional<Known>> places;
+    for (const auto& joint : told)
+        places.push_back(joint ? std::optional(Known{joint->s_mm, joint->sigma_mm}) : std::nullopt);
+    return places;
 }
 
 /// The median.
 double usual(std::vector<double> values) {
     return nth_smallest(values, values.size() / 2);
+}
+
+/// Within which a joint's steps on the rows are.
+std::pair<double, double> usual_steps(const ToldJoints& told) {
+    std::vector<double> steps;
+    for (const auto& joint : told)
+        if (joint) steps.push_back(joint->step);
+    const double step = usual(std::move(steps));
+    return std::minmax({step / step_range, step * step_range});
+}
+
+/// Steps of the curvature at a joint, smoothed over the rows. A row whose points are off there tells any step.
+std::vector<double> common_steps(const ToldJoints& told, std::span<const double> z) {
+    const auto [low, high] = usual_steps(told);
+    std::vector<std::optional<Known>> known(told.size());
+    for (std::size_t k = 0; k < told.size(); ++k)
+        if (told[k]) known[k] = Known{std::clamp(told[k]->step, low, high)};
+    auto smooth = smoothed_over(z, known).value;
+    for (double& step : smooth)
+        step = std::clamp(step, low, high);
+    return smooth;
 }
 
 double usual_off(std::span<const std::optional<Known>> known, const Smoothed& smooth) {
@@ -59,24 +81,75 @@ double usual_off(std::span<const std::optional<Known>> known, const Smoothed& sm
 }
 
 /// Whether a step up is one on most rows that know the joint, or a step down.
-bool same_way(std::span<const RowFeatures> rows, RowFeatures::Feature end) {
+bool same_way(const ToldJoints& told) {
     double up = 0.0, down = 0.0;
-    for (const RowFeatures& row : rows)
-        if (row.joints[end]) (row.joints[end]->step > 0.0 ? up : down) += 1.0;
+    for (const auto& joint : told)
+        if (joint) (joint->step > 0.0 ? up : down) += 1.0;
     return std::max(up, down) >= same_way_share * (up + down);
 }
 
-/// Where most rows know a joint, and agree on its place, by what each can tell and by how evenly the edges end
-/// (`ends_off_mm`). Each row of a real part may know one that is nowhere else.
-std::optional<Smoothed> common_joint(std::span<const double> z, std::span<const std::optional<Known>> joints,
-                                     double ends_off_mm) {
+double usual_sigma_mm(const ToldJoints& told) {
     std::vector<double> sigma;
-    for (const auto& joint : joints)
-        if (joint) sigma.push_back(joint->sigma);
-    if (!(static_cast<double>(sigma.size()) > joint_share * static_cast<double>(z.size()))) return std::nullopt;
-    Smoothed smooth = smoothed_over(z, joints);
-    if (sigma.size() >= rows_that_judge &&
-        usual_off(joints, smooth) > most_unlike * std::hypot(usual(sigma), ends_off_mm))
+    for (const auto& joint : told)
+        if (joint) sigma.push_back(joint->sigma_mm);
+    return usual(std::move(sigma));
+}
+
+/// Those of the joints that are at nearly one distance from the edges' ends, from one to the next.
+ToldJoints nearest_together(const ToldJoints& told, const Smoothed& ends, double near_mm) {
+    struct Place {
+        double from_end_mm;
+        std::size_t row;
+    };
+    std::vector<Place> places;
+    for (std::size_t k = 0; k < told.size(); ++k)
+        if (told[k]) places.push_back({told[k]->s_mm - ends.value[k], k});
+    std::sort(places.begin(), places.end(),
+              [](const Place& a, const Place& b) { return a.from_end_mm < b.from_end_mm; });
+    std::size_t first = 0, most = 0, most_first = 0;
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        if (i > 0 && places[i].from_end_mm - places[i - 1].from_end_mm > near_mm) first = i;
+        if (i + 1 - first <= most) continue;
+        most = i + 1 - first;
+        most_first = first;
+    }
+    ToldJoints together(told.size());
+    for (std::size_t i = most_first; i < most_first + most; ++i)
+        together[places[i].row] = told[places[i].row];
+    return together;
+}
+
+/// Leaves of what is told what agrees in its place, its way and its step, if that is enough for a joint that all rows
+/// have: some may not tell it, and others know another one.
+bool keep_agreeing(ToldJoints& told, const Smoothed& ends, double ends_off_mm) {
+    const std::size_t known = count_of(told);
+    if (known < rows_that_judge) return false;
+    const double sigma_mm = usual_sigma_mm(told);
+    ToldJoints agreeing = nearest_together(told, ends, agreeing_sigmas * std::hypot(sigma_mm, sigma_mm, ends_off_mm));
+    if (!same_way(agreeing)) return false;
+    const auto [low, high] = usual_steps(agreeing);
+    for (auto& joint : agreeing)
+        if (joint && (joint->step < low || joint->step > high)) joint.reset();
+    const auto agree = static_cast<double>(count_of(agreeing));
+    if (count_of(agreeing) < rows_that_judge || agree < agreeing_share * static_cast<double>(known) ||
+        agree < least_joint_share * static_cast<double>(told.size()))
+        return false;
+    told = std::move(agreeing);
+    return true;
+}
+
+/// Where rows know a joint and agree on its place, by what each can tell and by how evenly the edges end
+/// (`ends_off_mm`); of few rows, where most know it. Each row of a real part may know one that is nowhere else.
+std::optional<Smoothed> common_joint(std::span<const double> z, ToldJoints& told, const Smoothed& ends,
+                                     double ends_off_mm) {
+    if (!keep_agreeing(told, ends, ends_off_mm)) {
+        const bool most_know = static_cast<double>(count_of(told)) > joint_share * static_cast<double>(z.size());
+        if (!most_know || !same_way(told)) return std::nullopt;
+    }
+    const auto places = places_of(told);
+    Smoothed smooth = smoothed_over(z, places);
+    if (count_of(told) >= rows_that_judge &&
+        usual_off(places, smooth) > most_unlike * std::hypot(usual_sigma_mm(told), ends_off_mm))
         return std::nullopt;
     return smooth;
 }
@@ -104,14 +177,16 @@ RowAlignment::RowAlignment(std::span<const RowFeatures> rows) {
                                     {RowFeatures::le_begin, RowFeatures::le_nose}}) {
         const bool before_le = end == RowFeatures::le_begin;
         const auto origin = [&](std::size_t k) { return before_le ? rows[k].length_mm : ahead[nose][k]; };
-        std::vector<std::optional<Known>> ends(n), at_joints(n);
+        std::vector<std::optional<Known>> ends(n);
+        ToldJoints told(n);
         for (std::size_t k = 0; k < n; ++k) {
             ends[k] = Known{ahead[end][k] - origin(k), 1.0};
             if (const auto& joint = rows[k].joints[end])
-                at_joints[k] = Known{from_nose(k, joint->s_mm) - origin(k), std::max(joint->sigma_mm, least_told_mm)};
+                told[k] = RowJoint{from_nose(k, joint->s_mm) - origin(k), std::max(joint->sigma_mm, least_told_mm),
+                                   joint->step};
         }
         Smoothed smooth = smoothed_over(z, ends);
-        if (auto joint = common_joint(z, at_joints, usual_off(ends, smooth)); joint && same_way(rows, end)) {
+        if (auto joint = common_joint(z, told, smooth, usual_off(ends, smooth))) {
             at_joint[end] = true;
             smooth = std::move(*joint);
         }
@@ -120,7 +195,7 @@ RowAlignment::RowAlignment(std::span<const RowFeatures> rows) {
         if (!at_joint[end]) continue;
         for (const double sigma : smooth.sigma)
             joint_sigma_mm_[end].push_back(std::hypot(sigma, smooth.apart));
-        joint_step_[end] = common_steps(rows, end, z);
+        joint_step_[end] = common_steps(told, z);
     }
     // A row on which the common ends would not follow each other keeps its own, which do.
     for (std::size_t k = 0; k < n; ++k) {

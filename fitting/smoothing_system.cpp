@@ -365,7 +365,7 @@ void SmoothingSystem::move() {
     set_curve();
 }
 
-void SmoothingSystem::add_to_common(BandSolver<4>& normal, std::vector<double>& moment) const {
+void SmoothingSystem::add_to_common(BandSolver<4>& normal, std::vector<double>& moment, double share_of_jumps) const {
     const double noise = sigma_ * sigma_, weight = 1.0 / noise;
     for (std::size_t i = 0; i < spans_; ++i) {
         const Four& g = gram_[i];
@@ -374,7 +374,7 @@ void SmoothingSystem::add_to_common(BandSolver<4>& normal, std::vector<double>& 
     }
     for (std::size_t k = 0; k < spans_; ++k) {
         const Five& row = jump_row_[k];
-        const double of_jump = weight * jump_weight(k, noise);
+        const double of_jump = share_of_jumps * weight * jump_weight(k, noise);
         for (std::size_t a = 0; a < 5; ++a)
             for (std::size_t c = 0; c <= a; ++c)
                 normal.add(wrapped(k + a), wrapped(k + c), of_jump * row[a] * row[c]);

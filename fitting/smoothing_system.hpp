@@ -33,8 +33,8 @@ class SmoothingSystem {
     core::Status change_breaks(std::vector<double> breaks, const std::vector<Roughness::Run>& calm);
 
     /// Adds to the normal equations of a displacement that all of several curves with as many controls have what this
-    /// one's points and its jumps say of it.
-    void add_to_common(BandSolver<4>& normal, std::vector<double>& moment) const;
+    /// one's points say of it and, for a share, its jumps.
+    void add_to_common(BandSolver<4>& normal, std::vector<double>& moment, double share_of_jumps) const;
     /// The curve is expected to be elsewhere by that, control by control, and moves there: before the next `refine`.
     void move_expected(std::span<const double> displacement);
 

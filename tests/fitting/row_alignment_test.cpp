@@ -86,5 +86,34 @@ TEST(RowAlignment, JointsThatStepBothWaysAreNone) {
     EXPECT_EQ(joints_with(12), 1U);
 }
 
+/// A weak joint, which single rows hardly tell: where some do at one place, all have it, whatever others know
+/// elsewhere.
+TEST(RowAlignment, AFewRowsThatAgreeOnAJointTellItOfAll) {
+    std::mt19937_64 random(7);
+    std::normal_distribution<double> normal;
+    const auto joints_with = [&](std::size_t agreeing, std::size_t strange, double scatter_mm) {
+        std::vector<RowFeatures> rows = alike(25);
+        for (std::size_t k = 0; k < agreeing + strange; ++k) {
+            auto& joint = rows[(7 * k) % rows.size()].joints[RowFeatures::te_begin];
+            if (k < agreeing)
+                joint = RowJoint{47.0 + scatter_mm * normal(random), 0.05, 0.2 + 0.03 * normal(random)};
+            else
+                joint = RowJoint{48.5 + 0.4 * static_cast<double>(k - agreeing), 0.05, k % 2 == 0 ? 0.2 : -0.2};
+        }
+        const RowAlignment alignment(rows);
+        if (!alignment.joints().empty()) {
+            EXPECT_EQ(alignment.joints_on(24).size(), 1U);
+            EXPECT_NEAR(alignment.joints_on(24).front().s_mm, 47.0, 0.1);
+            EXPECT_NEAR(alignment.joints_on(24).front().step, 0.2, 0.04);
+        }
+        return alignment.joints().size();
+    };
+    EXPECT_EQ(joints_with(7, 0, 0.05), 1U);
+    EXPECT_EQ(joints_with(7, 5, 0.05), 1U);
+    EXPECT_EQ(joints_with(16, 8, 0.05), 1U);
+    EXPECT_EQ(joints_with(3, 0, 0.05), 0U) << "by chance";
+    EXPECT_EQ(joints_with(7, 0, 1.0), 0U) << "each at a place of its own";
+}
+
 }  // namespace
 }  // namespace cmm::fitting
