@@ -88,7 +88,7 @@ bool same_way(const ToldJoints& told) {
     return std::max(up, down) >= same_way_share * (up + down);
 }
 
-double usual_sigma_mm(const ToldJoints& told) {
+double usual_doubt_mm(const ToldJoints& told) {
     std::vector<double> sigma;
     for (const auto& joint : told)
         if (joint) sigma.push_back(joint->sigma_mm);
@@ -124,7 +124,7 @@ ToldJoints nearest_together(const ToldJoints& told, const Smoothed& ends, double
 bool keep_agreeing(ToldJoints& told, const Smoothed& ends, double ends_off_mm) {
     const std::size_t known = count_of(told);
     if (known < rows_that_judge) return false;
-    const double sigma_mm = usual_sigma_mm(told);
+    const double sigma_mm = usual_doubt_mm(told);
     ToldJoints agreeing = nearest_together(told, ends, agreeing_sigmas * std::hypot(sigma_mm, sigma_mm, ends_off_mm));
     if (!same_way(agreeing)) return false;
     const auto [low, high] = usual_steps(agreeing);
@@ -149,7 +149,7 @@ std::optional<Smoothed> common_joint(std::span<const double> z, ToldJoints& told
     const auto places = places_of(told);
     Smoothed smooth = smoothed_over(z, places);
     if (count_of(told) >= rows_that_judge &&
-        usual_off(places, smooth) > most_unlike * std::hypot(usual_sigma_mm(told), ends_off_mm))
+        usual_off(places, smooth) > most_unlike * std::hypot(usual_doubt_mm(told), ends_off_mm))
         return std::nullopt;
     return smooth;
 }

@@ -63,7 +63,7 @@ void measure(families::Family family, std::uint64_t seed, double noise_mm) {
     if (noise_mm == 0.0) scanning.bad_share = 0.0;
     const auto rows = families::scan_rows(blade, section_count, 2.0, blade.height() - 2.0, scanning);
     Errors sides, edges;
-    std::size_t missed = 0;
+    std::size_t missed = 0, lost = 0;
     for (const SectionResult& section : judged(blade, rows)) {
         if (!section.fit) continue;
         const auto truth = blade.section(section.z_mm);
@@ -73,17 +73,18 @@ void measure(families::Family family, std::uint64_t seed, double noise_mm) {
             const bool on_edge = part == families::Part::le || part == families::Part::te;
             (on_edge ? edges : sides).add(1e3 * std::abs(foot.distance), 1e3 * point.u95_mm);
         }
-        for (std::size_t i = 0; i < section.points.size(); ++i)
-            missed +=
-                rows.bad[section.index][i] != 0.0 && section.points[i].verdict.reason == fitting::RejectReason::none
-                    ? 1
-                    : 0;
+        for (std::size_t i = 0; i < section.points.size(); ++i) {
+            const bool bad = rows.bad[section.index][i] != 0.0;
+            const bool used = section.points[i].verdict.reason == fitting::RejectReason::none;
+            missed += bad && used ? 1 : 0;
+            lost += !bad && !used ? 1 : 0;
+        }
     }
     std::printf("%-14s sides ", blade.name().c_str());
     sides.print();
     std::printf("; edges ");
     edges.print();
-    std::printf("; bad points missed %zu\n", missed);
+    std::printf("; bad points missed %zu, good ones lost %zu\n", missed, lost);
     std::fflush(stdout);
 }
 
