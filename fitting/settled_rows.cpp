@@ -31,6 +31,8 @@ constexpr int judged_round = 1;
 /// That what the rows have in common may take a curve from where its own points have it: by chance it does by two
 /// standard deviations of a point, where a few bad points were not found by eight.
 constexpr double most_strayed_sigmas = 10.0, least_strayed_mm = 5e-3;
+/// Of the row's own curve: where its points tell it badly, the others may well tell it better.
+constexpr double most_strayed_doubts = 4.0;
 constexpr int rounds_a_move = 3;           // at the end, of all rows together
 constexpr std::size_t rows_that_tell = 6;  // how rough it is at a knot; fewer have their joints alone in common
 
@@ -187,7 +189,8 @@ bool strays(const PiecewiseCubic& settled, const SmoothCurve& own, double begin_
         double own_t = own.curve.wrap(t + begin_t);
         near = own.curve.span_of(own_t, near);
         const Jet jet = settled.jet_in(span, t);
-        return std::abs(cross(jet.tangent(), own.curve.jet_in(near, own_t).position - jet.position)) > most;
+        const double strayed_mm = std::abs(cross(jet.tangent(), own.curve.jet_in(near, own_t).position - jet.position));
+        return strayed_mm > most && strayed_mm > most_strayed_doubts * own.noise.sigma_mm(own_t);
     };
     const std::vector<double>& breaks = settled.breaks();
     for (std::size_t i = 0; i < settled.spans(); ++i)

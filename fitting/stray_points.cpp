@@ -18,6 +18,7 @@ namespace {
 constexpr double steep_share = 0.3;           // of the farthest of a run
 constexpr std::size_t shorter_than_dent = 3;  // so many points of a dent do not show its flanks
 constexpr std::size_t parts_of_a_level_span = 4;
+constexpr double good_sigmas = 3.0;  // off what the others foretell, of a point that is left out where nothing strays
 
 /// May be good or bad.
 bool is_open(const PointVerdict& verdict) {
@@ -73,7 +74,10 @@ StrayPoints stray_points(const SurfaceCompensation& surface, double z_mm, std::s
     if (!surface.centres() || row == rows.end()) return {};
     const SurfaceFit& fit = *surface.centres();
     const auto places = places_on(fit, static_cast<std::size_t>(row - rows.begin()), z_mm);
-    if (places.empty()) return {};
+    const auto is_left_out = [](const PointVerdict& verdict) {
+        return is_open(verdict) && verdict.reason != RejectReason::none;
+    };
+    if (places.empty() && std::none_of(verdicts.begin(), verdicts.end(), is_left_out)) return {};
     std::vector<Vec2> level;
     for (const double u : span_parameters(fit.surface.u(), parts_of_a_level_span))
         level.push_back(fit.surface.position({u, z_mm}).head<2>());
@@ -97,8 +101,9 @@ StrayPoints stray_points(const SurfaceCompensation& surface, double z_mm, std::s
         most[k] = most_off(places, feet[k].foot);
     const auto is_off = [&](std::size_t k) { return most[k] && std::abs(feet[k].distance_mm) > *most[k]; };
     StrayPoints found;
+    const double good_mm = good_sigmas * row->smooth().sigma_mm;
     for (std::size_t k = 0; k < open.size(); ++k)
-        if (most[k] && !is_off(k) && verdicts[open[k]].reason != RejectReason::none)
+        if (is_left_out(verdicts[open[k]]) && std::abs(feet[k].distance_mm) <= most[k].value_or(good_mm))
             found.good.push_back({open[k], feet[k].distance_mm});
     const auto first = std::find_if_not(along.begin(), along.end(), is_off);
     std::rotate(along.begin(), first, along.end());

@@ -19,7 +19,7 @@ struct StrayPoint {
 /// What all other sections say of a section's points where it strays from them.
 struct StrayPoints {
     std::vector<StrayPoint> bad;
-    std::vector<StrayPoint> good;  ///< of those that their own section has left out
+    std::vector<StrayPoint> good;  ///< of those that their own section has left out, wherever they are
     bool any() const { return !bad.empty() || !good.empty(); }
 };
 

@@ -10,6 +10,8 @@
 #include <limits>
 #include <numbers>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "support/measured_rows.hpp"
 
@@ -115,6 +117,25 @@ TEST(SettledRows, AFewBadPointsDoNotBendTheirRow) {
     EXPECT_GT(alone.at_place, 3e-3) << "nothing to mend";
     EXPECT_LT(together.at_place, 1.5e-3);
     EXPECT_EQ(settled[row].smooth().parameter.size(), data.rows[row].smooth().parameter.size()) << "no point is lost";
+}
+
+/// Where a row has no points its own curve says nothing against what all others tell.
+TEST(SettledRows, WhereARowLacksPointsTheOthersTellIt) {
+    for (const auto& [family, seed] : {std::pair{families::Family::turbine, 3}, {families::Family::fan, 7}}) {
+        const families::TwistedBlade blade(family, static_cast<std::uint64_t>(seed));
+        constexpr std::size_t row = 9, count = 24;
+        const auto truth = blade.section(2 + (blade.height() - 4) * double(row) / double(count - 1));
+        const MeasuredRows data = measured_rows(blade, count, [&](std::size_t k, std::vector<Vec2>& points) {
+            if (k != row) return;
+            std::erase_if(points, [&](const Vec2& p) {
+                const double t = truth.closest(p).t;
+                return t > 3.002 && t < 3.02;
+            });
+        });
+        const auto settled = settle_rows(data.rows, rounds);
+        EXPECT_GT(errors_of(data.rows[row], blade, Vec2::Zero()).largest, 10e-3) << "nothing to mend";
+        EXPECT_LT(errors_of(settled[row], blade, Vec2::Zero()).largest, 2.5e-3) << blade.name();
+    }
 }
 
 /// A single point far off is there because somebody wants it: its row follows it as it did.
