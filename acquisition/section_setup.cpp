@@ -185,11 +185,6 @@ struct FitPoints {
     }
 };
 
-/// By its own section, which may be wrong.
-bool is_left_out(const fitting::PointVerdict& verdict) {
-    return verdict.reason == RejectReason::spline_residual || verdict.reason == RejectReason::fit_residual;
-}
-
 }  // namespace
 
 std::optional<fitting::SectionFit> fit_without_strays(const fitting::SurfaceCompensation& surface,
@@ -200,7 +195,7 @@ std::optional<fitting::SectionFit> fit_without_strays(const fitting::SurfaceComp
     if (!strays.any()) return std::nullopt;
     // What the section has left out stays out, but for what comes back: bad points could pass beside one that did.
     for (std::size_t i = 0; i < flat.verdicts.size(); ++i)
-        if (is_left_out(flat.verdicts[i])) points.excluded[i] = flat.verdicts[i].reason;
+        if (fitting::is_left_out(flat.verdicts[i])) points.excluded[i] = flat.verdicts[i].reason;
     for (const auto& stray : strays.bad)
         points.excluded[stray.index] = RejectReason::fit_residual;
     for (const auto& stray : strays.good) {
@@ -214,7 +209,7 @@ std::optional<fitting::SectionFit> fit_without_strays(const fitting::SurfaceComp
     if (!fit) return std::nullopt;
     fitting::fit_edges(*fit);
     for (std::size_t i = 0; i < flat.verdicts.size(); ++i)
-        if (is_left_out(flat.verdicts[i]) && points.excluded[i] == flat.verdicts[i].reason)
+        if (fitting::is_left_out(flat.verdicts[i]) && points.excluded[i] == flat.verdicts[i].reason)
             fit->verdicts[i].residual_mm = flat.verdicts[i].residual_mm;
     for (const auto& stray : strays.bad)
         fit->verdicts[stray.index].residual_mm = stray.off_mm;

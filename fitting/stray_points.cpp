@@ -22,8 +22,7 @@ constexpr double good_sigmas = 3.0;  // off what the others foretell, of a point
 
 /// May be good or bad.
 bool is_open(const PointVerdict& verdict) {
-    return !verdict.kept && (verdict.reason == RejectReason::none || verdict.reason == RejectReason::spline_residual ||
-                             verdict.reason == RejectReason::fit_residual);
+    return !verdict.kept && (verdict.reason == RejectReason::none || is_left_out(verdict));
 }
 
 /// Where a section strays.
@@ -74,9 +73,6 @@ StrayPoints stray_points(const SurfaceCompensation& surface, double z_mm, std::s
     if (!surface.centres() || row == rows.end()) return {};
     const SurfaceFit& fit = *surface.centres();
     const auto places = places_on(fit, static_cast<std::size_t>(row - rows.begin()), z_mm);
-    const auto is_left_out = [](const PointVerdict& verdict) {
-        return is_open(verdict) && verdict.reason != RejectReason::none;
-    };
     if (places.empty() && std::none_of(verdicts.begin(), verdicts.end(), is_left_out)) return {};
     std::vector<Vec2> level;
     for (const double u : span_parameters(fit.surface.u(), parts_of_a_level_span))
