@@ -18,6 +18,7 @@
 #include "fitting/knot_spacing.hpp"
 #include "fitting/row_alignment.hpp"
 #include "fitting/row_columns.hpp"
+#include "fitting/row_frames.hpp"
 #include "fitting/statistics.hpp"
 
 namespace cmm::fitting {
@@ -47,16 +48,22 @@ tl::unexpected<core::Error> unusable(const std::string& why) {
 class RowsFitter {
   public:
     RowsFitter(std::span<const SurfaceRow> rows, const SurfaceFitOptions& options)
-        : rows_(rows), options_(options), alignment_(features_of(rows)), smoother_(heights(rows), options.beyond_mm) {}
+        : rows_(rows),
+          options_(options),
+          alignment_(features_of(rows)),
+          smoother_(heights(rows), options.beyond_mm),
+          frames_(rows.size()) {}
 
     core::Result<SurfaceFit> run() {
         place_knots();
         lay_out();
         sample();
-        if (options_.through_rows)
+        if (options_.through_rows) {
             follow_rows();
-        else
+        } else {
+            turn_with_part();
             correct();
+        }
         find_normals();
         if (!options_.through_rows)
             strays_ =
@@ -100,7 +107,15 @@ class RowsFitter {
     void sample() {
         for (std::size_t k = 0; k < places_.size(); ++k)
             for (std::size_t i = 0; i < columns_.size(); ++i)
-                columns_.set(i, k, rows_[k].at(places_[k][i]));
+                columns_.set(i, k, frames_.into(k, rows_[k].at(places_[k][i])));
+    }
+
+    /// From here on rows are seen from frames that turn with the part.
+    void turn_with_part() {
+        frames_ = RowFrames(heights(rows_), columns_);
+        for (std::size_t k = 0; k < places_.size(); ++k)
+            for (std::size_t i = 0; i < columns_.size(); ++i)
+                columns_.set(i, k, frames_.into(k, columns_.at(i, k)));
     }
 
     /// Spans along which a row is farther from the cubics through its places than `as_good_as_on_rows_mm` are halved.
@@ -247,12 +262,15 @@ class RowsFitter {
             for (std::size_t k = 0; k < m; ++k) {
                 const Vec2 along = directions_.at(i, k);
                 const std::size_t above = std::min(k + 1, m - 1), below = k > 0 ? k - 1 : 0;
-                const Vec2 across = columns_.at(i, above) - columns_.at(i, below);
+                const Vec2 across = frames_.turned_into(k, on_part(i, above) - on_part(i, below));
                 const double rise = rows_[above].z_mm() - rows_[below].z_mm();
                 const Vec3 normal = Vec3(along.y() * rise, -along.x() * rise, cross(along, across)).normalized();
                 normals_.set(i, k, normal.head<2>());
             }
     }
+
+    /// A column at a row, in the rows' own coordinates.
+    Vec2 on_part(std::size_t column, std::size_t row) const { return frames_.out_of(row, columns_.at(column, row)); }
 
     /// Columns to either side that are looked at together.
     static std::size_t window_of(std::size_t columns) {
@@ -305,9 +323,10 @@ class RowsFitter {
         return std::find(freedom_.begin(), freedom_.end(), 0.0) == freedom_.end();
     }
 
-    core::Result<SurfaceFit> assemble() {
-        const std::size_t n = columns_.size(), m = smoother_.axis().controls();
-        std::vector<std::vector<Vec2>> across(m, std::vector<Vec2>(n));
+    /// Every column at the rows as its weight smooths it, in the rows' own coordinates.
+    RowColumns smooth_columns() {
+        RowColumns smooth;
+        smooth.reset(columns_.size(), rows_.size());
         for (std::size_t w = 0; w < weights.size(); ++w) {
             if (std::find(chosen_.begin(), chosen_.end(), w) == chosen_.end()) continue;
             smoother_.set_weight(weights[w]);
@@ -316,11 +335,29 @@ class RowsFitter {
                 for_columns_of(b, [&](Eigen::Index, std::size_t i) { any = any || chosen_[i] == w; });
                 if (!any) continue;
                 smoother_.solve(columns_.fours()[b], controls_);
-                for_columns_of(b, [&](Eigen::Index lane, std::size_t i) {
-                    for (std::size_t j = 0; j < m && chosen_[i] == w; ++j)
-                        across[j][i] = controls_[j].row(lane).matrix();
-                });
+                for (std::size_t k = 0; k < rows_.size(); ++k) {
+                    const RowColumns::Four at_row = smoother_.at_row(k, controls_);
+                    for_columns_of(b, [&](Eigen::Index lane, std::size_t i) {
+                        if (chosen_[i] == w) smooth.set(i, k, frames_.out_of(k, at_row.row(lane).matrix()));
+                    });
+                }
             }
+        }
+        return smooth;
+    }
+
+    core::Result<SurfaceFit> assemble() {
+        const std::size_t n = columns_.size(), m = smoother_.axis().controls();
+        std::vector<std::vector<Vec2>> across(m, std::vector<Vec2>(n));
+        const RowColumns smooth = options_.through_rows ? columns_ : smooth_columns();
+        for (std::size_t w = 0; w < weights.size() && !smoother_.set_weight(weights[w]);)
+            ++w;
+        for (std::size_t b = 0; b < smooth.fours().size(); ++b) {
+            smoother_.solve(smooth.fours()[b], controls_);
+            for_columns_of(b, [&](Eigen::Index lane, std::size_t i) {
+                for (std::size_t j = 0; j < m; ++j)
+                    across[j][i] = controls_[j].row(lane).matrix();
+            });
         }
         auto axis = CubicAxis::on_breaks(breaks_, true);
         if (!axis) return tl::unexpected(axis.error());
@@ -342,6 +379,7 @@ class RowsFitter {
     const SurfaceFitOptions& options_;
     RowAlignment alignment_;
     ColumnSmoother smoother_;
+    RowFrames frames_;
     std::vector<double> breaks_;
     std::vector<KnotCluster> joints_;
     std::vector<std::vector<double>> places_;  // arc lengths, by row, then by break
