@@ -14,14 +14,15 @@ namespace cmm::fitting {
 template <class Values, std::size_t MostDegree>
 class OrthogonalPolynomials {
   public:
-    /// Degree 0. `counts`: 1, or 0 of places that count for nothing; one or more that do.
-    void begin(const Values& places, const Values& counts) {
+    /// Degree 0. `root_weights`: the root of what each place counts, 0 of those that count for nothing; one or more
+    /// that do. The polynomials at the places, and what they are multiplied with, are times that root.
+    void begin(const Values& places, const Values& root_weights) {
         const double low = places.minCoeff(), high = places.maxCoeff();
         middle_ = 0.5 * (low + high);
         half_ = std::max(0.5 * (high - low), 1e-12);
         x_ = (places - middle_) * (1.0 / half_);
-        values_[0] = counts;
-        norm_[0] = counts.sum();
+        values_[0] = root_weights;
+        norm_[0] = root_weights.square().sum();
         degree_ = 0;
     }
 

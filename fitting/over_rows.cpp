@@ -1,22 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fitting/over_rows.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
-#include "fitting/small_system.hpp"
+#include "fitting/orthogonal_polynomials.hpp"
 #include "fitting/statistics.hpp"
 
 namespace cmm::fitting {
 namespace {
 
 constexpr int most_smoothings = 6;
-constexpr int usual_terms = 4, most_terms = 9;
-constexpr int rows_per_term = 3;
+constexpr std::size_t usual_terms = 4, most_terms = 9, rows_per_term = 3;
+constexpr std::size_t sure_terms = 2;  // of a straight line: the others count as far as the rows tell them
 /// Mean squared difference of neighbours over the mean square (von Neumann 1941): 2 of residuals that know nothing of
-/// each other, some 0.4 to either side for 25 rows; 1 where only the first or the last row is off.
-constexpr double least_ratio = 0.8;
+/// each other, some 0.4 to either side for 25 rows.
+constexpr double least_ratio = 1.2;
+constexpr double alone_factor = 3.0;  // by which one is farther off than its neighbours where that tells of no form
 constexpr double far_medians = 6.0;
 constexpr double least_row_freedom = 0.05;  // of a row: 1 less its leverage
 
@@ -36,6 +38,7 @@ class OverRows {
             ++terms_;
             leave_out_and_smooth();
         }
+        if (terms_ <= usual_terms) keep_what_is_told();
         return std::move(out_);
     }
 
@@ -47,9 +50,9 @@ class OverRows {
         for (std::size_t k = 0; k < z_.size(); ++k)
             used_ += static_cast<std::size_t>(use_[k] = static_cast<char>(known_[k].has_value()));
     }
-    int terms_for_rows() const {
+    std::size_t terms_for_rows() const {
         const auto known = std::count_if(known_.begin(), known_.end(), [](const auto& row) { return row.has_value(); });
-        return static_cast<int>(known) / rows_per_term + 1;
+        return static_cast<std::size_t>(known) / rows_per_term + 1;
     }
 
     void leave_out_and_smooth() {
@@ -63,14 +66,17 @@ class OverRows {
 
     /// What is left of neighbours is alike: the polynomial misses the form, most at the ends, which it leaves out then.
     bool follow_each_other() const {
-        double differences = 0.0, squares = 0.0;
-        std::optional<double> before;
-        for (std::size_t k = 0; k < z_.size(); ++k) {
-            if (!known_[k]) continue;
-            const double left = off(k) / sigma(k);
-            if (before) differences += (left - *before) * (left - *before);
-            squares += left * left;
-            before = left;
+        Values left;
+        for (std::size_t k = 0; k < z_.size(); ++k)
+            if (known_[k]) left.push_back(off(k) / sigma(k));
+        const auto size_at = [&](std::size_t i) { return i < left.size() ? std::abs(left[i]) : 0.0; };
+        double differences = 0.0, squares = 0.0, before = 0.0;
+        for (std::size_t i = 0; i < left.size(); ++i) {
+            const double most = alone_factor * std::max(size_at(i + 1), i > 0 ? size_at(i - 1) : 0.0);
+            const double now = std::clamp(left[i], -most, most);
+            if (i > 0) differences += (now - before) * (now - before);
+            squares += now * now;
+            before = now;
         }
         return differences < least_ratio * squares;
     }
@@ -78,40 +84,52 @@ class OverRows {
     double sigma(std::size_t k) const { return all_alike_ ? 1.0 : known_[k]->sigma; }
     double off(std::size_t k) const { return known_[k]->value - out_.value[k]; }
 
-    SmallVector powers(std::size_t k) const {
-        const double middle = 0.5 * (z_.front() + z_.back()), half = std::max(0.5 * (z_.back() - z_.front()), 1e-12);
-        SmallVector p(terms_);
-        p[0] = 1.0;
-        for (int i = 1; i < terms_; ++i)
-            p[i] = p[i - 1] * (z_[k] - middle) / half;
-        return p;
-    }
-
     void smooth() {
-        SmallMatrix normal = SmallMatrix::Zero(terms_, terms_);
-        SmallVector rhs = SmallVector::Zero(terms_);
+        const auto n = static_cast<Eigen::Index>(z_.size());
+        Eigen::ArrayXd root_weights = Eigen::ArrayXd::Zero(n), weighed = Eigen::ArrayXd::Zero(n);
         double weights = 0.0, weight_squares = 0.0;
         for (std::size_t k = 0; k < z_.size(); ++k) {
             if (use_[k] == 0) continue;
-            const SmallVector p = powers(k);
             const double weight = 1.0 / (sigma(k) * sigma(k));
             weights += weight;
             weight_squares += weight * weight;
-            normal += weight * p * p.transpose();
-            rhs += weight * known_[k]->value * p;
+            root_weights[static_cast<Eigen::Index>(k)] = 1.0 / sigma(k);
+            weighed[static_cast<Eigen::Index>(k)] = known_[k]->value / sigma(k);
         }
-        const SmallVector solution = solve_small(normal, rhs);
+        polynomials_.begin(Eigen::Map<const Eigen::ArrayXd>(z_.data(), n), root_weights);
+        while (polynomials_.degree() + 1 < terms_ && polynomials_.raise()) {
+        }
+        coefficients_.clear();
+        for (std::size_t j = 0; j <= polynomials_.degree(); ++j)
+            coefficients_.push_back((polynomials_.values_of(j) * weighed).sum() / polynomials_.norm_of(j));
+        evaluate();
         squares_ = 0.0;
-        for (std::size_t k = 0; k < z_.size(); ++k) {
-            const SmallVector p = powers(k);
-            out_.value[k] = solution.dot(p);
-            spread_[k] = p.dot(solve_small(normal, p));
+        for (std::size_t k = 0; k < z_.size(); ++k)
             if (use_[k] != 0) squares_ += std::pow(off(k) / sigma(k), 2);
-        }
-        free_ = std::max(static_cast<double>(used_) - terms_, 1.0);
+        free_ = std::max(static_cast<double>(used_) - static_cast<double>(terms_), 1.0);
         out_.apart = std::sqrt(std::max(squares_ - free_, 0.0) / (weights - weight_squares / weights));
         for (std::size_t k = 0; k < z_.size(); ++k)
             out_.sigma[k] = std::sqrt(squares_ / free_ * spread_[k]);
+    }
+    void evaluate() {
+        for (std::size_t k = 0; k < z_.size(); ++k) {
+            out_.value[k] = spread_[k] = 0.0;
+            polynomials_.at(z_[k], polynomials_.degree(), [&](std::size_t j, double value) {
+                out_.value[k] += coefficients_[j] * value;
+                spread_[k] += value * value / polynomials_.norm_of(j);
+            });
+        }
+    }
+
+    /// The bend of what hardly bends is noise, most of it at the ends: each coefficient by 1 - 1/t^2, t over its
+    /// standard deviation (James and Stein 1961, the positive part).
+    void keep_what_is_told() {
+        const double variance = squares_ / free_;
+        for (std::size_t j = sure_terms; j < coefficients_.size(); ++j) {
+            const double square = coefficients_[j] * coefficients_[j] * polynomials_.norm_of(j);
+            coefficients_[j] *= square > variance ? 1.0 - variance / square : 0.0;
+        }
+        evaluate();
     }
 
     /// Off what the others say (deleted residuals: Belsley, Kuh, Welsch 1980), by what they and the row know.
@@ -124,7 +142,7 @@ class OverRows {
     }
 
     bool leave_out_far() {
-        if (used_ < 2 * static_cast<std::size_t>(terms_)) return false;
+        if (used_ < 2 * terms_) return false;
         Values all;
         for (std::size_t k = 0; k < z_.size(); ++k)
             if (use_[k] != 0) all.push_back(sigmas_off(k));
@@ -142,7 +160,9 @@ class OverRows {
     std::span<const std::optional<Known>> known_;
     std::vector<char> use_;
     std::size_t used_ = 0;
-    int terms_ = 1;  // of the polynomial
+    std::size_t terms_ = 1;  // of the polynomial
+    OrthogonalPolynomials<Eigen::ArrayXd, most_terms - 1> polynomials_;
+    Values coefficients_;
     bool all_alike_ = true;
     Values spread_;  // of the polynomial at z_k: its variance, if one of sigma 1 has variance 1
     double squares_ = 0.0, free_ = 1.0;
