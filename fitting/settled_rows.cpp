@@ -20,6 +20,9 @@ constexpr double least_knot_sigma_mm = 6e-5;
 /// However well the others foretell a joint, it may lie off them by so much.
 constexpr double least_joint_sigma_mm = 0.005;
 constexpr double least_known = 0.05;  // share of a knot's jump that all rows tell
+/// Of the rows: where fewer tell anything of a knot, it is smooth. One with a dent tells a lot, and may be the only
+/// one.
+constexpr double telling_share = 0.25;
 constexpr double least_told_square = 1e-14;
 constexpr double beside_share = 0.5;  // that a knot's neighbours have in its roughness
 constexpr double freedom = 4.0;       // of Student's distribution, by which a row's jump is of the common scale
@@ -129,7 +132,8 @@ class CommonShape {
         single_.clear();
         for (const auto& heard : heard_)
             if (heard[i].known > least_known) single_.push_back(heard[i].square / heard[i].known);
-        if (single_.empty()) return least_told_square;
+        if (single_.empty() || static_cast<double>(single_.size()) < telling_share * static_cast<double>(heard_.size()))
+            return least_told_square;
         return std::max(nth_smallest(single_, single_.size() / 2) / median_of_square, least_told_square);
     }
 
