@@ -21,7 +21,7 @@ constexpr std::size_t fewest_whole = 2;
 /// Standard deviation of a place that other sections foretell: next to nothing beside a place of the contour.
 constexpr double foretold_sigma_mm = 0.01;
 /// Steps of the contour that differ by more are a crowd's and the wide one's beside it.
-constexpr double least_share_of_step = 0.075;
+constexpr double least_share_of_step = 0.08;
 
 /// The contour that was measured, in its order.
 std::vector<Eigen::Vector2d> measured_points(const SectionResult& section) {

@@ -20,7 +20,7 @@ constexpr std::size_t parts_of_a_span = 8;
 constexpr std::size_t looked_ahead = 48;
 constexpr double section_window_share = 0.04;  // of the curve's breaks, to either side
 // Of the noise of the curve: up to there an rms distance of the surface is explained by it, from there on not at all.
-constexpr double explained_sigmas = 1.25, own_sigmas = 2.5;
+constexpr double explained_sigmas = 1.5, own_sigmas = 3.0;
 constexpr double least_scatter_freedom = 2.0;  // of a column, that its rows leave
 constexpr double joint_break_share = 0.1;      // of a span: how near the breaks at a joint are
 constexpr double clear_break_share = 0.3;      // of that: nearer to others there are none
