@@ -323,10 +323,8 @@ class RowsFitter {
         return std::find(freedom_.begin(), freedom_.end(), 0.0) == freedom_.end();
     }
 
-    /// Every column at the rows as its weight smooths it, in the rows' own coordinates.
-    RowColumns smooth_columns() {
-        RowColumns smooth;
-        smooth.reset(columns_.size(), rows_.size());
+    /// Every column becomes what its weight makes of it at the rows, in the rows' own coordinates.
+    void smooth_columns() {
         for (std::size_t w = 0; w < weights.size(); ++w) {
             if (std::find(chosen_.begin(), chosen_.end(), w) == chosen_.end()) continue;
             smoother_.set_weight(weights[w]);
@@ -338,22 +336,21 @@ class RowsFitter {
                 for (std::size_t k = 0; k < rows_.size(); ++k) {
                     const RowColumns::Four at_row = smoother_.at_row(k, controls_);
                     for_columns_of(b, [&](Eigen::Index lane, std::size_t i) {
-                        if (chosen_[i] == w) smooth.set(i, k, frames_.out_of(k, at_row.row(lane).matrix()));
+                        if (chosen_[i] == w) columns_.set(i, k, frames_.out_of(k, at_row.row(lane).matrix()));
                     });
                 }
             }
         }
-        return smooth;
     }
 
     core::Result<SurfaceFit> assemble() {
         const std::size_t n = columns_.size(), m = smoother_.axis().controls();
         std::vector<std::vector<Vec2>> across(m, std::vector<Vec2>(n));
-        const RowColumns smooth = options_.through_rows ? columns_ : smooth_columns();
+        if (!options_.through_rows) smooth_columns();
         for (std::size_t w = 0; w < weights.size() && !smoother_.set_weight(weights[w]);)
             ++w;
-        for (std::size_t b = 0; b < smooth.fours().size(); ++b) {
-            smoother_.solve(smooth.fours()[b], controls_);
+        for (std::size_t b = 0; b < columns_.fours().size(); ++b) {
+            smoother_.solve(columns_.fours()[b], controls_);
             for_columns_of(b, [&](Eigen::Index lane, std::size_t i) {
                 for (std::size_t j = 0; j < m; ++j)
                     across[j][i] = controls_[j].row(lane).matrix();
