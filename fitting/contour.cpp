@@ -22,8 +22,9 @@ namespace {
 
 using core::ErrorCode;
 
-constexpr double spread_by_turning = 0.25;  // of the contour points that are spread by turning, the rest by length
-constexpr double least_measured = 0.1;      // share of a contour, by which its points become more at most
+constexpr double spread_by_turning = 0.25;     // of the contour points that are spread by turning, the rest by length
+constexpr double least_measured = 0.1;         // share of a contour, by which its points become more at most
+constexpr double most_off_model_sigmas = 4.0;  // of a curve that other sections know as well
 
 /// What a curve may have flattened, at ascending parameters once round from a first one on.
 class FlattenedAlong {
@@ -111,8 +112,21 @@ class ContourBuilder {
 
     EdgeFit take(EdgeOutcome outcome, EdgeAnswer& answer) {
         answer = std::move(outcome.answer);
-        if (outcome.patch) patches_.push_back(std::move(*outcome.patch));
+        outcome.fit.used_in_contour = outcome.patch && !contradicted(*outcome.patch);
+        if (outcome.fit.used_in_contour) patches_.push_back(std::move(*outcome.patch));
         return std::move(outcome.fit);
+    }
+
+    /// By what the other sections know: the points of this one alone may bear a model that the part does not have.
+    bool contradicted(const EdgePatch& patch) {
+        if (surface_.empty()) return false;
+        const auto places = patch.places(smooth_.curve);
+        return std::any_of(places.begin(), places.end(), [&](const EdgePatch::Place& place) {
+            const double t = smooth_.curve.wrap(place.t);
+            const Jet jet = smooth_.curve.jet(t);
+            const double sigma_mm = stations_at(t)(&SurfaceStation::noise_share) * noise_.sigma_mm(t);
+            return std::abs((place.position - jet.position).dot(jet.right_normal())) > most_off_model_sigmas * sigma_mm;
+        });
     }
 
     /// Only when it was asked for; what it moves the contour by counts as uncertainty.

@@ -236,6 +236,29 @@ std::optional<double> EdgePatch::sigma_mm(double t, double period, const Vec2& p
     return std::sqrt(variance);
 }
 
+std::vector<EdgePatch::Place> EdgePatch::places(const PiecewiseCubic& curve) const {
+    std::vector<Place> places;
+    for (const Bridge* bridge : {&before, &after}) {
+        for (const double share : bridge_shares) {
+            const double t = bridge->t_joint + share * (bridge->t_free - bridge->t_joint);
+            places.push_back({t, bridge->place(curve.jet(t).position)});
+        }
+        places.push_back({bridge->t_free, curve.jet(bridge->t_free).position});
+    }
+    const auto add_on_model = [&](double share) {
+        const double t = before.t_joint + share * (after.t_joint - before.t_joint);
+        const Jet jet = curve.jet(t);
+        places.push_back({t, centre_on(shape, ball_mm, jet.position, jet.right_normal()).position});
+    };
+    for (std::size_t k = 1; k < pieces_in_model; ++k)
+        add_on_model(static_cast<double>(k) / pieces_in_model);
+    for (const double share : model_shares) {
+        add_on_model(share);
+        add_on_model(1.0 - share);
+    }
+    return places;
+}
+
 std::optional<EdgePatch> make_patch(const PiecewiseCubic& curve, const EdgePoints& edge, std::span<const double> t,
                                     const ModelTrial& trial) {
     const auto before = BridgeBuilder(curve, edge, t, trial, false).run();
@@ -247,11 +270,7 @@ std::optional<EdgePatch> make_patch(const PiecewiseCubic& curve, const EdgePoint
 PiecewiseCubic join_edges(const PiecewiseCubic& curve, std::span<const EdgePatch> patches) {
     if (patches.empty()) return curve;
     const double period = curve.period();
-    struct Knot {
-        double t;
-        Vec2 p;
-    };
-    std::vector<Knot> knots;
+    std::vector<EdgePatch::Place> knots;
     for (std::size_t k = 0; k + 1 < curve.breaks().size(); ++k) {
         const double t = curve.breaks()[k];
         const bool replaced = std::any_of(patches.begin(), patches.end(), [&](const EdgePatch& patch) {
@@ -260,40 +279,21 @@ PiecewiseCubic join_edges(const PiecewiseCubic& curve, std::span<const EdgePatch
         });
         if (!replaced) knots.push_back({t, curve.pieces()[k][0]});
     }
-    const auto add = [&](double t, const Vec2& p) { knots.push_back({curve.wrap(t), p}); };
-    for (const EdgePatch& patch : patches) {
-        for (const Bridge* bridge : {&patch.before, &patch.after}) {
-            for (const double share : bridge_shares) {
-                const double t = bridge->t_joint + share * (bridge->t_free - bridge->t_joint);
-                add(t, bridge->place(curve.jet(t).position));
-            }
-            add(bridge->t_free, curve.jet(bridge->t_free).position);
-        }
-        const double from = patch.before.t_joint, length = patch.after.t_joint - from;
-        const auto add_on_model = [&](double share) {
-            const double t = from + share * length;
-            const Jet jet = curve.jet(t);
-            add(t, centre_on(patch.shape, patch.ball_mm, jet.position, jet.right_normal()).position);
-        };
-        for (std::size_t k = 1; k < pieces_in_model; ++k)
-            add_on_model(static_cast<double>(k) / pieces_in_model);
-        for (const double share : model_shares) {
-            add_on_model(share);
-            add_on_model(1.0 - share);
-        }
-    }
-    std::sort(knots.begin(), knots.end(), [](const Knot& a, const Knot& b) { return a.t < b.t; });
+    for (const EdgePatch& patch : patches)
+        for (const EdgePatch::Place& place : patch.places(curve))
+            knots.push_back({curve.wrap(place.t), place.position});
+    std::sort(knots.begin(), knots.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
     // Breaks closer than this would only make the interpolation worse; the loss is below a nanometre.
     const double least = 1e-5 * period;
     knots.erase(
-        std::unique(knots.begin(), knots.end(), [&](const Knot& a, const Knot& b) { return b.t - a.t < least; }),
+        std::unique(knots.begin(), knots.end(), [&](const auto& a, const auto& b) { return b.t - a.t < least; }),
         knots.end());
     while (knots.size() > 3 && knots.front().t + period - knots.back().t < least)
         knots.pop_back();
     std::vector<Vec2> points;
     std::vector<double> at;
-    for (const Knot& knot : knots) {
-        points.push_back(knot.p);
+    for (const EdgePatch::Place& knot : knots) {
+        points.push_back(knot.position);
         at.push_back(knot.t);
     }
     at.push_back(at.front() + period);

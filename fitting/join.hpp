@@ -5,6 +5,7 @@
 #include <array>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "fitting/edge_model.hpp"
 #include "fitting/spline.hpp"
@@ -38,6 +39,13 @@ struct EdgePatch {
         double on_free = 0.0;
     };
     std::optional<Dependence> dependence(double t, double period, const Vec2& part_point, const Vec2& normal) const;
+
+    /// What the joined curve goes through, in no order; the bridges' ends are on the curve.
+    struct Place {
+        double t;  ///< may pass the period's end
+        Vec2 position;
+    };
+    std::vector<Place> places(const PiecewiseCubic& curve) const;
 
     /// The standard uncertainty that follows; `free_mm` is that of the free form there.
     std::optional<double> sigma_mm(double t, double period, const Vec2& part_point, const Vec2& normal,

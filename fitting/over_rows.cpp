@@ -31,19 +31,27 @@ class OverRows {
     }
 
     /// Of a degree that the rows bear out: a part that turns unevenly over z is no cubic.
-    Smoothed run() && {
-        leave_out_and_smooth();
-        while (terms_ < std::min(most_terms, terms_for_rows()) && follow_each_other()) {
-            use_all();
-            ++terms_;
-            leave_out_and_smooth();
-        }
+    Smoothed as_fitted() && {
+        fit();
+        return std::move(out_);
+    }
+    Smoothed as_told() && {
+        fit();
         if (terms_ <= usual_terms) keep_what_is_told();
         return std::move(out_);
     }
 
   private:
     using Values = std::vector<double>;
+
+    void fit() {
+        leave_out_and_smooth();
+        while (terms_ < std::min(most_terms, terms_for_rows()) && follow_each_other()) {
+            use_all();
+            ++terms_;
+            leave_out_and_smooth();
+        }
+    }
 
     void use_all() {
         used_ = 0;
@@ -172,7 +180,11 @@ class OverRows {
 }  // namespace
 
 Smoothed smoothed_over(std::span<const double> z, std::span<const std::optional<Known>> known) {
-    return OverRows(z, known).run();
+    return OverRows(z, known).as_fitted();
+}
+
+Smoothed told_over(std::span<const double> z, std::span<const std::optional<Known>> known) {
+    return OverRows(z, known).as_told();
 }
 
 }  // namespace cmm::fitting

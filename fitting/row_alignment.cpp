@@ -147,7 +147,7 @@ std::optional<Smoothed> common_joint(std::span<const double> z, ToldJoints& told
         if (!most_know || !same_way(told)) return std::nullopt;
     }
     const auto places = places_of(told);
-    Smoothed smooth = smoothed_over(z, places);
+    Smoothed smooth = told_over(z, places);
     if (count_of(told) >= rows_that_judge &&
         usual_off(places, smooth) > most_unlike * std::hypot(usual_doubt_mm(told), ends_off_mm))
         return std::nullopt;

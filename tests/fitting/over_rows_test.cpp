@@ -61,7 +61,7 @@ TEST(OverRows, BendWhereThatIsTold) {
         Told told = noisy_rows(seed);
         for (std::size_t k = 0; k < rows; ++k)
             told.known[k]->value += 0.05 * told.z[k] - truth(told.z[k]);
-        const auto smooth = smoothed_over(told.z, told.known).value;
+        const auto smooth = told_over(told.z, told.known).value;
         for (const std::size_t end : {std::size_t{0}, rows - 1})
             squares += std::pow(smooth[end] - 0.05 * told.z[end], 2) / (2.0 * seeds);
     }
