@@ -221,6 +221,8 @@ class ContourBuilder {
         const Stations between = stations_at(smooth_.curve.wrap(at.t));
         out.rise = std::tan(between(&SurfaceStation::lean_rad));
         out.noise_share = between(&SurfaceStation::noise_share);
+        out.scatter_share = between(&SurfaceStation::scatter_share);
+        out.kept_share = between(&SurfaceStation::kept_share);
         out.bound_mm = fit_.faired_mm + between(&SurfaceStation::lean_doubt_mm);
         out.u95_mm = noise_uncertainty(at, out.noise_share) + out.bound_mm;
         if (between.last.moved && between.next.moved) {

@@ -37,7 +37,7 @@ double ContourNoise::variance(std::span<const ContourPoint> contour, const Sensi
             sum += std::abs(weight) * contour[point].u95_mm / coverage_;
         return sum * sum;
     }
-    std::vector<double> by_control(free_->controls(), 0.0);
+    std::vector<double> scattered(free_->controls(), 0.0), kept(free_->controls(), 0.0);
     CurveNoise::Walk places(*free_);
     std::vector<Eigen::VectorXd> by_model(patches_.size());
     for (std::size_t k = 0; k < patches_.size(); ++k)
@@ -53,9 +53,12 @@ double ContourNoise::variance(std::span<const ContourPoint> contour, const Sensi
             on_free = on->on_free;
             break;
         }
-        if (on_free > 0.0) places.add_place(p.t, weight * p.noise_share * on_free, by_control);
+        if (on_free > 0.0) {
+            places.add_place(p.t, weight * p.scatter_share * on_free, scattered);
+            places.add_place(p.t, weight * p.kept_share * on_free, kept);
+        }
     }
-    double variance = free_->variance(by_control);
+    double variance = free_->variance(scattered).scatter + free_->variance(kept).kept;
     for (std::size_t k = 0; k < patches_.size(); ++k)
         variance += std::max(0.0, by_model[k].dot(patches_[k].covariance * by_model[k]));
     return variance;

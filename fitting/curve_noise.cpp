@@ -8,10 +8,12 @@
 namespace cmm::fitting {
 
 CurveNoise::CurveNoise(std::vector<double> knots, std::vector<std::array<double, 4>> covariance,
-                       std::shared_ptr<const BandSolver<4>> normal, double sigma_mm)
+                       std::shared_ptr<const BandSolver<4>> normal, std::vector<std::array<double, 4>> gram,
+                       double sigma_mm)
     : knots_(std::move(knots)),
       covariance_(std::move(covariance)),
       normal_(std::move(normal)),
+      gram_(std::make_shared<const std::vector<std::array<double, 4>>>(std::move(gram))),
       point_sigma_mm_(sigma_mm) {}
 
 std::array<double, 4> CurveNoise::Walk::functions_at(double t) {
@@ -44,13 +46,22 @@ void CurveNoise::Walk::add_place(double t, double weight, std::span<double> slop
         slopes[noise_.wrapped(span_ + a)] += weight * b[a];
 }
 
-double CurveNoise::variance(std::span<double> slopes) const {
+CurveNoise::Variance CurveNoise::variance(std::span<double> slopes) const {
     const std::vector<double> by_control(slopes.begin(), slopes.end());
     normal_->solve(slopes);
-    double sum = 0.0;
-    for (std::size_t k = 0; k < slopes.size(); ++k)
+    double sum = 0.0, scatter = 0.0;
+    for (std::size_t k = 0; k < slopes.size(); ++k) {
         sum += by_control[k] * slopes[k];
-    return point_sigma_mm_ * point_sigma_mm_ * std::max(sum, 0.0);
+        const auto& gram = (*gram_)[k];
+        double by_points = gram[0] * slopes[k];
+        for (std::size_t m = 1; m < gram.size(); ++m)
+            by_points += 2.0 * gram[m] * slopes[k >= m ? k - m : k + slopes.size() - m];
+        scatter += slopes[k] * by_points;
+    }
+    const double square = point_sigma_mm_ * point_sigma_mm_;
+    sum = std::max(sum, 0.0);
+    scatter = std::clamp(scatter, 0.0, sum);
+    return {square * scatter, square * (sum - scatter)};
 }
 
 }  // namespace cmm::fitting

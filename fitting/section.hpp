@@ -102,7 +102,8 @@ struct ContourPoint {
     double arc_length_mm = 0.0;      ///< from the contour's first point
     double t = 0.0;                  ///< parameter of the curve of ball centres
     double noise_share = 1.0;  ///< of the noise of the curve of ball centres: the neighbouring sections take some of it
-    double bound_mm = 0.0;     ///< part of u95_mm, added: what is not known of the lean, and fairing
+    double scatter_share = 1.0, kept_share = 1.0;  ///< the same, of CurveNoise::Variance's parts
+    double bound_mm = 0.0;      ///< part of u95_mm, added: what is not known of the lean, and fairing
     double flattened_mm = 0.0;  ///< beside u95_mm: so much of a narrow form the curve may leave out (`flattened_mm`)
     PlaceErrors machine;        ///< beside u95_mm: by machine, probe and temperature
 };

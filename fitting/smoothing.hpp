@@ -20,9 +20,10 @@ class CurveNoise {
   public:
     CurveNoise() = default;
     /// `knots`: the breaks with three more at either end, round the curve. `normal` is factored; the covariance of the
-    /// controls is its inverse times the square of sigma_mm.
+    /// controls is its inverse times the square of sigma_mm. `gram` is what the points have of it: its elements (k, k),
+    /// (k, k - 1), ... (k, k - 3), round the beginning.
     CurveNoise(std::vector<double> knots, std::vector<std::array<double, 4>> covariance,
-               std::shared_ptr<const BandSolver<4>> normal, double sigma_mm);
+               std::shared_ptr<const BandSolver<4>> normal, std::vector<std::array<double, 4>> gram, double sigma_mm);
 
     /// From place to place: those that follow each other in a span share its basis, which is kept nowhere else.
     class Walk {
@@ -46,8 +47,14 @@ class CurveNoise {
     double sigma_mm(double t) const { return Walk(*this).sigma_mm(t); }
 
     std::size_t controls() const { return covariance_.size(); }
-    /// Of a number with such slopes, mm^2 times their square. O(controls); `slopes` are used up.
-    double variance(std::span<double> slopes) const;
+    /// Of a number, mm^2 times the square of its slopes.
+    struct Variance {
+        double scatter = 0.0;  ///< from one measurement of the curve to the next
+        double kept = 0.0;     ///< what the prior may keep it from, the same every time
+        double sum() const { return scatter + kept; }
+    };
+    /// O(controls); `slopes` are used up.
+    Variance variance(std::span<double> slopes) const;
 
   private:
     std::size_t wrapped(std::size_t control) const { return control < controls() ? control : control - controls(); }
@@ -55,6 +62,7 @@ class CurveNoise {
     std::vector<double> knots_;
     std::vector<std::array<double, 4>> covariance_;  // of controls k and k ... k + 3, round the end, mm^2
     std::shared_ptr<const BandSolver<4>> normal_;
+    std::shared_ptr<const std::vector<std::array<double, 4>>> gram_;
     double point_sigma_mm_ = 0.0;
 };
 

@@ -39,7 +39,7 @@ CurveNoise SmoothingSystem::noise(double doubt) && {
     normal_.forget_inverse();
     const auto knots = least_squares_.knots();
     return CurveNoise({knots.begin(), knots.end()}, std::move(covariance),
-                      std::make_shared<const BandSolver<4>>(std::move(normal_)), sigma_);
+                      std::make_shared<const BandSolver<4>>(std::move(normal_)), std::move(gram_), sigma_);
 }
 
 }  // namespace cmm::fitting

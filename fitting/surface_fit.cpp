@@ -40,6 +40,7 @@ constexpr std::size_t columns_asked = 16;
 /// Columns to either side that share a weight, as a share of all.
 constexpr double window_share = 1.0 / 20.0;
 constexpr double least_distance_mm = 1e-3;  // of rows
+constexpr double surely_sigmas = 2.0;
 
 tl::unexpected<core::Error> unusable(const std::string& why) {
     return core::fail(ErrorCode::fit_not_evaluable, "surface: " + why);
@@ -277,11 +278,18 @@ class RowsFitter {
         return std::max<std::size_t>(1, static_cast<std::size_t>(window_share * static_cast<double>(columns)));
     }
 
+    struct Score {
+        std::vector<double> of_column;  // none: not to be had with so few rows
+        double freedom = 0.0;
+    };
+    using Scores = std::array<Score, weights.size()>;
+
     /// Generalised cross-validation (Craven and Wahba 1979) over windows of columns.
     bool choose_weights() {
         const std::size_t n = columns_.size(), m = rows_.size();
         chosen_.assign(n, 0);
-        std::vector<double> best(n), squares(n), kept(n, 0.0);
+        std::vector<double> squares(n), kept(n, 0.0);
+        Scores scores;
         const auto window = window_of(n);
         scatter_.standard_mm.assign(n, 0.0);
         scatter_.leverage.resize(weights.size());
@@ -290,6 +298,7 @@ class RowsFitter {
             if (!smoother_.set_weight(weights[w])) continue;  // too little for so few rows
             if (options_.through_rows && freedom_[0] > 0.0) break;
             const double free = static_cast<double>(m) - smoother_.freedom();
+            scores[w] = {std::vector<double>(n), smoother_.freedom()};
             for (std::size_t k = 0; k < m; ++k)
                 scatter_.leverage[w].push_back(smoother_.leverage(k));
             for (std::size_t b = 0; b < columns_.fours().size(); ++b) {
@@ -304,8 +313,8 @@ class RowsFitter {
                 for (std::size_t j = 0; j <= 2 * window; ++j)
                     sum += squares[cyclic(cyclic(i + n - window, n) + j, n)];
                 const double score = free > 0.5 ? sum / (free * free) : std::numeric_limits<double>::infinity();
-                if (freedom_[i] > 0.0 && !(score < best[i])) continue;
-                best[i] = score;
+                scores[w].of_column[i] = score;
+                if (freedom_[i] > 0.0 && !(score < scores[chosen_[i]].of_column[i])) continue;
                 chosen_[i] = w;
                 freedom_[i] = smoother_.freedom();
                 kept[i] = squares[i] / std::max(free, 0.5);
@@ -318,9 +327,32 @@ class RowsFitter {
             freedom_[joint.first + 1] = freedom_[joint.first];
             scatter_.standard_mm[joint.first + 1] = scatter_.standard_mm[joint.first];
         }
-        scatter_.weight = chosen_;
+        scatter_.weight = softest_as_good(scores);
         row_sigma_ = std::sqrt(std::accumulate(kept.begin(), kept.end(), 0.0) / static_cast<double>(n));
         return std::find(freedom_.begin(), freedom_.end(), 0.0) == freedom_.end();
+    }
+
+    /// How little columns may have to be smoothed, by what they scatter: the score of the softest weight is not surely
+    /// more than the least. Of two fits of m values by f and f + d parameters the sums of squares differ by chance with
+    /// a variance of 2 d, in those of a value.
+    std::vector<std::size_t> softest_as_good(const Scores& scores) const {
+        const auto m = static_cast<double>(rows_.size());
+        double freedom_along = 0.0;
+        for (const SurfaceRow& row : rows_)
+            freedom_along += row.smooth().freedom / m;
+        const double independent = std::max(1.0, 2.0 * window_share * freedom_along);  // columns in a window
+        std::vector<std::size_t> softest = chosen_;
+        for (std::size_t i = 0; i < softest.size(); ++i) {
+            const auto& [least, freedom] = scores[chosen_[i]];
+            const auto as_good = [&](const Score& softer) {
+                if (softer.of_column.empty()) return false;
+                const double by_chance = std::sqrt(2.0 * (softer.freedom - freedom) / independent) / (m - freedom);
+                return softer.of_column[i] <= least[i] * (1.0 + surely_sigmas * by_chance);
+            };
+            while (softest[i] > 0 && as_good(scores[softest[i] - 1]))
+                --softest[i];
+        }
+        return softest;
     }
 
     /// Every column becomes what its weight makes of it at the rows, in the rows' own coordinates.

@@ -25,7 +25,7 @@ struct SurfaceFitOptions {
 /// What a surface has of its rows' own errors, by span of u (docs/theory.md, section 12).
 struct RowScatter {
     std::vector<double> standard_mm;            ///< of the rows about the surface, along its normal
-    std::vector<std::size_t> weight;            ///< which of `leverage` the span has
+    std::vector<std::size_t> weight;            ///< which of `leverage` it may well be
     std::vector<std::vector<double>> leverage;  ///< by row: its share in the surface there
 };
 

@@ -22,8 +22,10 @@ constexpr double section_window_share = 0.04;  // of the curve's breaks, to eith
 // Of the noise of the curve: up to there an rms distance of the surface is explained by it, from there on not at all.
 constexpr double explained_sigmas = 1.5, own_sigmas = 3.0;
 constexpr double least_scatter_freedom = 2.0;  // of a column, that its rows leave
-constexpr double joint_break_share = 0.1;      // of a span: how near the breaks at a joint are
-constexpr double clear_break_share = 0.3;      // of that: nearer to others there are none
+/// From a joint of the curve, as far as what is not known of its place is felt, wholly and at all.
+constexpr double joint_spans = 6.0, no_joint_spans = 12.0;
+constexpr double joint_break_share = 0.1;  // of a span: how near the breaks at a joint are
+constexpr double clear_break_share = 0.3;  // of that: nearer to others there are none
 
 /// How well the other sections foretell a section: the polynomial through their points along each u = const.
 class NeighbourForecast {
@@ -233,6 +235,7 @@ class SurfaceLook {
         std::vector<double> u;
         for (const std::size_t i : place)
             u.push_back(cut->points[i].place.u);
+        const std::vector<double> beside = beside_joints();
         const NeighbourForecast forecast(surface_, z_mm_, smooth_.curve, u);
         for (std::size_t k = 0; k < n; ++k) {
             const double t = curve_.breaks()[k], noise = smooth_.noise.sigma_mm(t);
@@ -246,23 +249,53 @@ class SurfaceLook {
                 displacement_.apply_to_direction(feet[k].foot - own_[k] + (1.0 - explained) * off[k] * outward));
             movement_.stations.push_back(station(t, p, forecast.slope_error(k, outward)));
             if (explained > 0.0)
-                movement_.stations.back().noise_share = 1.0 + explained * (noise_share(p.place.u, noise, rms[k]) - 1.0);
+                take_shares({p.place.u, noise, rms[k], beside[k]}, explained, movement_.stations.back());
         }
         return {};
     }
 
-    /// Of the noise of the section's own curve, what the surface has of it: its leverage in what scatters from row to
-    /// row, and what all rows have alike. Nowhere more than the own curve's and `off_mm`, how far the surface is from
-    /// it, together; that also where too few rows tell how they scatter.
-    double noise_share(double u, double noise_mm, double off_mm) const {
+    /// By spans from the nearest joint of the section's curve: 1 beside it, 0 far from it.
+    std::vector<double> beside_joints() const {
+        const std::size_t n = curve_.spans();
+        std::vector<double> beside(n, 0.0);
+        for (const CurvatureStep& joint : smooth_.joints) {
+            double t = joint.t;
+            const std::size_t at = curve_.span_of(t);
+            for (std::size_t k = 0; k < n; ++k) {
+                const std::size_t apart = at > k ? at - k : k - at;
+                const auto spans = static_cast<double>(std::min(apart, n - apart));
+                const double share = (no_joint_spans - spans) / (no_joint_spans - joint_spans);
+                beside[k] = std::max(beside[k], std::clamp(share, 0.0, 1.0));
+            }
+        }
+        return beside;
+    }
+
+    struct Place {
+        double u, noise_mm, off_mm;  // of the surface; of the section's own curve; of the surface from it
+        double beside;               // a joint
+    };
+    /// What the surface leaves of the noise of the section's own curve (docs/theory.md, section 12): of what scatters
+    /// from row to row its leverage, of what the prior keeps the rows from alike what as many measurements of one would
+    /// leave, and all beside joints, whose places the rows have from each other. Nowhere more than the own curve's
+    /// noise and how far the surface is from it, together; that also where too few rows tell how they scatter.
+    void take_shares(const Place& at, double explained, SurfaceStation& s) const {
         const SurfaceFit& fit = *surface_.centres();
-        const std::size_t span = fit.surface.u().span_of(u, 0);
-        const double own = 1.0 + std::pow(off_mm / noise_mm, 2);
-        if (static_cast<double>(surface_.rows().size()) - fit.freedom_v[span] < least_scatter_freedom)
-            return std::sqrt(own);
-        const double leverage = fit.scatter.leverage[fit.scatter.weight[span]][row_];
-        const double between = std::pow(fit.scatter.standard_mm[span] / noise_mm, 2);
-        return std::sqrt(std::min(leverage * between + std::max(0.0, 1.0 - between), own));
+        const std::size_t span = fit.surface.u().span_of(at.u, 0);
+        const auto rows = static_cast<double>(surface_.rows().size());
+        const double own = 1.0 + std::pow(at.off_mm / at.noise_mm, 2);
+        double whole = own, scatter = own, kept = own;
+        if (rows - fit.freedom_v[span] >= least_scatter_freedom) {
+            scatter = fit.scatter.leverage[fit.scatter.weight[span]][row_];
+            const double scattered = std::pow(fit.scatter.standard_mm[span] / at.noise_mm, 2);
+            const double by_points = std::min(scattered, 1.0);
+            const double alike = (1.0 + by_points * (1.0 - 1.0 / rows)) / (by_points * rows + 1.0 - by_points);
+            kept = alike + at.beside * (1.0 - alike);
+            whole = std::min(scatter * scattered + kept * (1.0 - by_points), own);
+        }
+        s.noise_share = 1.0 + explained * (std::sqrt(whole) - 1.0);
+        s.scatter_share = 1.0 + explained * (std::sqrt(scatter) - 1.0);
+        s.kept_share = 1.0 + explained * (std::sqrt(kept) - 1.0);
     }
 
     SurfaceStation station(double t, const CutPoint& p, double slope_error) const {
