@@ -7,13 +7,12 @@
 
 namespace cmm::fitting {
 
-CurveNoise::CurveNoise(std::vector<double> knots, std::vector<std::array<double, 4>> covariance,
-                       std::shared_ptr<const BandSolver<4>> normal, std::vector<std::array<double, 4>> gram,
-                       double sigma_mm)
+CurveNoise::CurveNoise(std::vector<double> knots, std::vector<Row> covariance,
+                       std::shared_ptr<const BandSolver<4>> normal, std::vector<Row> gram, double sigma_mm)
     : knots_(std::move(knots)),
       covariance_(std::move(covariance)),
       normal_(std::move(normal)),
-      gram_(std::make_shared<const std::vector<std::array<double, 4>>>(std::move(gram))),
+      gram_(std::make_shared<const std::vector<Row>>(std::move(gram))),
       point_sigma_mm_(sigma_mm) {}
 
 std::array<double, 4> CurveNoise::Walk::functions_at(double t) {

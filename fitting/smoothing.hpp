@@ -18,12 +18,16 @@ namespace cmm::fitting {
 /// displacement (docs/theory.md, section 3). Value type; copies share the factored system.
 class CurveNoise {
   public:
+    /// Of a band matrix elements (k, k) ... (k, k + 3) or (k, k - 3), round the end. There are many, and nothing is
+    /// solved with them.
+    using Row = std::array<float, 4>;
+
     CurveNoise() = default;
     /// `knots`: the breaks with three more at either end, round the curve. `normal` is factored; the covariance of the
     /// controls is its inverse times the square of sigma_mm. `gram` is what the points have of it: its elements (k, k),
     /// (k, k - 1), ... (k, k - 3), round the beginning.
-    CurveNoise(std::vector<double> knots, std::vector<std::array<double, 4>> covariance,
-               std::shared_ptr<const BandSolver<4>> normal, std::vector<std::array<double, 4>> gram, double sigma_mm);
+    CurveNoise(std::vector<double> knots, std::vector<Row> covariance, std::shared_ptr<const BandSolver<4>> normal,
+               std::vector<Row> gram, double sigma_mm);
 
     /// From place to place: those that follow each other in a span share its basis, which is kept nowhere else.
     class Walk {
@@ -60,9 +64,9 @@ class CurveNoise {
     std::size_t wrapped(std::size_t control) const { return control < controls() ? control : control - controls(); }
 
     std::vector<double> knots_;
-    std::vector<std::array<double, 4>> covariance_;  // of controls k and k ... k + 3, round the end, mm^2
+    std::vector<Row> covariance_;  // of controls k and k ... k + 3, round the end, mm^2
     std::shared_ptr<const BandSolver<4>> normal_;
-    std::shared_ptr<const std::vector<std::array<double, 4>>> gram_;
+    std::shared_ptr<const std::vector<Row>> gram_;
     double point_sigma_mm_ = 0.0;
 };
 

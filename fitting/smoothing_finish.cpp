@@ -32,14 +32,17 @@ SmoothCurve SmoothingSystem::finish(std::vector<CurvatureStep> joints, std::span
 
 CurveNoise SmoothingSystem::noise(double doubt) && {
     if (solve(doubt)) normal_.invert(inverse_);
-    std::vector<Four> covariance(spans_);
-    for (std::size_t k = 0; k < spans_; ++k)
-        for (std::size_t m = 0; m < 4; ++m)
-            covariance[k][m] = sigma_ * sigma_ * inverse_[k][m];
+    std::vector<CurveNoise::Row> covariance(spans_), gram(spans_);
+    for (std::size_t k = 0; k < spans_; ++k) {
+        for (std::size_t m = 0; m < 4; ++m) {
+            covariance[k][m] = static_cast<float>(sigma_ * sigma_ * inverse_[k][m]);
+            gram[k][m] = static_cast<float>(gram_[k][m]);
+        }
+    }
     normal_.forget_inverse();
     const auto knots = least_squares_.knots();
     return CurveNoise({knots.begin(), knots.end()}, std::move(covariance),
-                      std::make_shared<const BandSolver<4>>(std::move(normal_)), std::move(gram_), sigma_);
+                      std::make_shared<const BandSolver<4>>(std::move(normal_)), std::move(gram), sigma_);
 }
 
 }  // namespace cmm::fitting

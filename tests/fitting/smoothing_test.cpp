@@ -171,6 +171,42 @@ TEST(Smoothing, IntervalsHoldTheTruth) {
     EXPECT_LT(share, 0.96);
 }
 
+/// The mean of a curve scatters as that of its points does, and the prior keeps it from nothing; a single place is kept
+/// from what is rough.
+TEST(Smoothing, NoiseIsScatterAndWhatThePriorKeeps) {
+    constexpr int scans = 300;
+    const auto outside = [](const Vec2& p) {
+        const Vec2 gradient(p.x() / 200.0, p.y() / 8.0);
+        return (p.x() * p.x() / 400.0 + p.y() * p.y() / 16.0 - 1.0) / gradient.norm();
+    };
+    for (const int places : {1, 64}) {
+        double squares = 0.0, scatter = 0.0, kept = 0.0;
+        for (int scan = 0; scan < scans; ++scan) {
+            const auto smooth = smooth_closed(noisy_ellipse(400, 1e-3, 1 + scan));
+            ASSERT_TRUE(smooth);
+            std::vector<double> slopes(smooth->noise.controls(), 0.0);
+            CurveNoise::Walk walk(smooth->noise);
+            double value = 0.0;
+            for (int k = 0; k < places; ++k) {
+                const double t = smooth->curve.period() * (k + 0.3) / places;
+                value += outside(smooth->curve.jet(t).position) / places;
+                walk.add_place(t, 1.0 / places, slopes);
+            }
+            squares += value * value / scans;
+            const auto variance = smooth->noise.variance(slopes);
+            scatter += variance.scatter / scans;
+            kept += variance.kept / scans;
+        }
+        std::cout << places << " places: error " << 1e3 * std::sqrt(squares) << " um, scatter "
+                  << 1e3 * std::sqrt(scatter) << ", kept " << 1e3 * std::sqrt(kept) << "\n";
+        EXPECT_NEAR(std::sqrt(squares / scatter), 1.0, 0.15) << "300 scans tell it to 0.04";
+        if (places == 1)
+            EXPECT_GT(std::sqrt(kept / scatter), 0.25);
+        else
+            EXPECT_LT(std::sqrt(kept / scatter), 0.2);
+    }
+}
+
 TEST(Smoothing, KnotsGatherWhereItCurves) {
     const auto smooth = smooth_closed(noisy_ellipse(2000, 0.001, 3));
     ASSERT_TRUE(smooth);

@@ -140,7 +140,7 @@ TEST(SurfaceSection, DisplacedAsAWholeHasTheLeanOfItsOwnPlaces) {
 TEST(SurfaceSection, U95IsThatOfTheSurface) {
     for (const auto family : families::all_families) {
         const MeasuredBlade measured(family, 25, 1e-3);
-        double outside = 0.0, share = 0.0;
+        double outside = 0.0, share = 0.0, least_kept = 1.0, most_kept = 0.0;
         std::size_t sections = 0, points = 0;
         for (std::size_t k = 0; k < 25; k += 2) {
             const auto section = measured.section(k);
@@ -150,6 +150,8 @@ TEST(SurfaceSection, U95IsThatOfTheSurface) {
             for (const auto& p : section->fit.contour) {
                 EXPECT_GT(p.noise_share, 0.0);
                 share += p.noise_share;
+                least_kept = std::min(least_kept, p.kept_share);
+                most_kept = std::max(most_kept, p.kept_share);
                 ++points;
             }
         }
@@ -160,6 +162,8 @@ TEST(SurfaceSection, U95IsThatOfTheSurface) {
         EXPECT_GT(outside, 0.004) << "0.001 where U95 is that of a single row";
         EXPECT_LT(outside, 0.06);
         EXPECT_LT(share, 0.8);
+        EXPECT_LT(least_kept, 0.4) << "what all rows were kept from, they were moved to together";
+        EXPECT_GT(most_kept, 0.99) << "the places of joints no row knows by itself";
     }
 }
 

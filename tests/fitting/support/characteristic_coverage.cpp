@@ -10,12 +10,15 @@
 #include "fitting/area_measures.hpp"
 #include "fitting/best_fit.hpp"
 #include "fitting/chord.hpp"
+#include "fitting/compensation.hpp"
 #include "fitting/datum.hpp"
 #include "fitting/radius_uncertainty.hpp"
+#include "fitting/surface_section.hpp"
 #include "fitting/thickness_measures.hpp"
 #include "fitting/throat.hpp"
 #include "support/drawn_errors.hpp"
 #include "support/section_truth.hpp"
+#include "support/twisted_blade.hpp"
 
 namespace cmm::fitting::coverage {
 namespace {
@@ -47,6 +50,8 @@ struct Truth {
 
 constexpr double belac_rad = 0.7;
 constexpr double section_step_mm = 40.0;  // from one section of a blade to the next
+constexpr std::size_t compensated_sections = 25, judged_step = 6;
+constexpr double beyond_sections_mm = 2.0;
 
 Truth truth_of(const families::Blade& blade) {
     const section_truth::SectionTruth t(section_truth::of_family(blade));
@@ -243,6 +248,40 @@ void judge_blade(const ClosedCurve& nominal, const std::vector<SectionFit>& fits
     }
 }
 
+void judge_compensated(const families::TwistedBlade& blade, const families::ScanOptions& scanning, Compensated& out) {
+    const auto scanned = families::scan_rows(blade, compensated_sections, beyond_sections_mm,
+                                             blade.height() - beyond_sections_mm, scanning);
+    SectionOptions options;
+    options.ball_radius_mm = scanning.ball_mm;
+    const auto hint = [&](const families::Blade& outline) {
+        options.le_hint = outline.le().nose;
+        options.te_hint = outline.te().nose;
+    };
+    SurfaceCompensation surface(scanning.ball_mm);
+    std::vector<std::optional<SectionFit>> flat(scanned.rows.size());
+    for (std::size_t k = 0; k < flat.size(); ++k) {
+        std::vector<section_truth::Vec2> centres;
+        for (const auto& centre : scanned.rows[k])
+            centres.push_back(centre.head<2>());
+        hint(blade.outline(scanned.heights[k]));
+        auto fit = fit_section(centres, {}, options);
+        if (!fit || !surface.add(fit->centres.curve, scanned.heights[k], options.le_hint, options.te_hint)) continue;
+        flat[k] = std::move(*fit);
+    }
+    const bool fitted = surface.fit().has_value();
+    for (std::size_t k = 0; k < flat.size(); k += judged_step) {
+        Tallies& tallies = k == 0 || k + 1 == flat.size() ? out.ends : out.between;
+        const families::Blade outline = blade.outline(scanned.heights[k]);
+        hint(outline);
+        const auto section = fitted && flat[k] ? compensate_section(surface, scanned.heights[k], *flat[k], options)
+                                               : core::fail(core::ErrorCode::fit_not_evaluable, "no surface");
+        if (section)
+            judge(outline, nominal_of(outline), truth_of(outline), section->fit, tallies);
+        else
+            ++tallies["section"].refused;
+    }
+}
+
 }  // namespace
 
 std::vector<Tallies> run(const Task& task) {
@@ -284,6 +323,21 @@ std::vector<Tallies> run(const Task& task) {
                     sections.push_back(std::move(*beside));
             }
             if (sections.size() > 1) judge_blade(nominal, sections, tallies[k]);
+        }
+    }
+    return tallies;
+}
+
+std::vector<Compensated> run_compensated(const Task& task) {
+    std::vector<Compensated> tallies(task.sigmas_mm.size());
+    for (std::uint64_t seed = task.first_seed; seed < task.first_seed + task.blades; ++seed) {
+        const families::TwistedBlade blade(task.family, seed);
+        for (std::size_t k = 0; k < task.sigmas_mm.size(); ++k) {
+            families::ScanOptions scanning;
+            scanning.sigma_mm = task.sigmas_mm[k];
+            scanning.bad_share = task.bad_share;
+            scanning.seed = 7919 * seed + k;
+            judge_compensated(blade, scanning, tallies[k]);
         }
     }
     return tallies;

@@ -34,4 +34,11 @@ struct Task {
 /// One tally for each noise, by the names of the characteristics. Deterministic.
 std::vector<Tallies> run(const Task& task);
 
+/// Of every sixth of 25 sections of twisted blades, each compensated by the surface of all.
+struct Compensated {
+    Tallies between, ends;  ///< the lowest and the highest section lean on neighbours to one side
+};
+/// The same for them, without the systematic errors and the alignments of the task.
+std::vector<Compensated> run_compensated(const Task& task);
+
 }  // namespace cmm::fitting::coverage
