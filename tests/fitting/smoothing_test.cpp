@@ -194,6 +194,10 @@ TEST(Smoothing, NoiseIsScatterAndWhatThePriorKeeps) {
             }
             squares += value * value / scans;
             const auto variance = smooth->noise.variance(slopes);
+            if (places == 1) {
+                const double sigma_mm = smooth->noise.sigma_mm(0.3 * smooth->curve.period());
+                EXPECT_NEAR(std::sqrt(variance.sum()) / sigma_mm, 1.0, 1e-5);
+            }
             scatter += variance.scatter / scans;
             kept += variance.kept / scans;
         }
