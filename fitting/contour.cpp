@@ -118,13 +118,16 @@ class ContourBuilder {
     }
 
     /// By what the other sections know: the points of this one alone may bear a model that the part does not have.
+    /// Where they took no share, the curve has the points that the model has, and says nothing against it.
     bool contradicted(const EdgePatch& patch) {
         if (surface_.empty()) return false;
         const auto places = patch.places(smooth_.curve);
         return std::any_of(places.begin(), places.end(), [&](const EdgePatch::Place& place) {
             const double t = smooth_.curve.wrap(place.t);
             const Jet jet = smooth_.curve.jet(t);
-            const double sigma_mm = stations_at(t)(&SurfaceStation::noise_share) * noise_.sigma_mm(t);
+            const double share = stations_at(t)(&SurfaceStation::noise_share);
+            if (share == 1.0) return false;
+            const double sigma_mm = share * noise_.sigma_mm(t);
             return std::abs((place.position - jet.position).dot(jet.right_normal())) > most_off_model_sigmas * sigma_mm;
         });
     }

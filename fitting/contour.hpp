@@ -14,7 +14,7 @@ namespace cmm::fitting {
 struct SurfaceStation {
     double t = 0.0;  ///< parameter of the curve
     double lean_rad = 0.0;
-    double noise_share = 1.0;                      ///< of the curve's noise, that is left after the movement
+    double noise_share = 1.0;  ///< of the curve's noise, that is left after the movement; 1: others took none
     double scatter_share = 1.0, kept_share = 1.0;  ///< the same, of CurveNoise::Variance's parts
     double lean_doubt_mm = 0.0;                    ///< largest error by what is not known of the lean; added
     double offset_error_mm = 0.0;                  ///< of the 2-D offset by this lean
