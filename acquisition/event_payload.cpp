@@ -99,7 +99,8 @@ std::string revised_payload(const SectionResult& section) {
         .add("method", fitting::to_string(compensation.method()))
         .add("alignment", acquisition::to_string(section.alignment.state))
         .add("share", compensation.share, count_digits)
-        .add("change_mm", compensation.change_mm, fine_digits);
+        .add("change_mm", compensation.change_mm, fine_digits)
+        .add("from_2d_mm", compensation.from_flat_mm, fine_digits);
     if (!compensation.note.empty()) fields.add("why", compensation.note);
     return fields.text();
 }

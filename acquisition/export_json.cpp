@@ -79,7 +79,7 @@ Json compensation(const Compensation& compensation) {
     Json out{{"state", to_string(compensation.state)}, {"method", fitting::to_string(compensation.method())}};
     if (compensation.state == Compensation::State::final) {
         out["share"] = number(compensation.share);
-        out["change_mm"] = number(compensation.change_mm);
+        out["change_mm"] = number(compensation.from_flat_mm);
         if (fitting::is_point_by_point(compensation.asked)) out["set_aside"] = compensation.set_aside;
     }
     if (!compensation.note.empty()) out["why"] = compensation.note;

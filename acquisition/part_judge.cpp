@@ -8,6 +8,7 @@
 #include "fitting/closed_curve.hpp"
 #include "fitting/contact_section.hpp"
 #include "fitting/lean_by_sections.hpp"
+#include "fitting/lean_of_nominal.hpp"
 #include "fitting/surface_section.hpp"
 
 namespace cmm::acquisition {
@@ -47,6 +48,21 @@ double largest_distance(const std::vector<ContourPoint>& from, const std::vector
     for (std::size_t i = 0; i < from.size(); ++i)
         if (from[i].measured) largest = std::max(largest, std::abs(feet[i].distance_mm));
     return largest;
+}
+
+/// None where there is no nominal.
+fitting::NominalNormal nominal_normal(const SectionSetup& setup) {
+    if (!setup.nominal) return {};
+    return [&reference = setup.nominal->reference](const Eigen::Vector2d& centre, const Eigen::Vector2d& outward) {
+        return reference.touched_normal(centre, outward);
+    };
+}
+
+/// What tells the lean where the sections do not: two of them do not say how the surface bends. None from the third on,
+/// and where the nominal does not say which way it leans.
+fitting::NominalNormal nominal_lean(const SectionSetup& setup, std::size_t sections) {
+    const bool needed = sections <= 2 && setup.nominal && setup.nominal->reference.knows_lean();
+    return needed ? nominal_normal(setup) : fitting::NominalNormal();
 }
 
 }  // namespace
@@ -129,21 +145,26 @@ void PartJudge::compensate_by_points(Judged& judged, const std::vector<fitting::
     const CompensationMethod method = setup.fitting.compensation;
     const double z_mm = judged.result.z_mm;
     const auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& r) { return r.z_mm == z_mm; });
-    fitting::NominalNormal nominal;
-    if (setup.nominal)
-        nominal = [&](const Eigen::Vector2d& centre, const Eigen::Vector2d& outward) {
-            return setup.nominal->reference.touched_normal(centre, outward);
-        };
-    const auto contacts =
-        fitting::contacts_by(method, rows, static_cast<std::size_t>(row - rows.begin()), setup.ball_radius_mm, nominal);
+    const auto contacts = fitting::contacts_by(method, rows, static_cast<std::size_t>(row - rows.begin()),
+                                               setup.ball_radius_mm, nominal_normal(setup));
     if (!contacts) return stay_flat(judged, contacts.error());
     auto section = fitting::section_of_contacts(*contacts, z_mm, fitting::knows_lean(method), judged.in_plane(),
                                                 section_options(setup));
     if (!section) return stay_flat(judged, section.error());
+    Compensation how;
+    how.state = Compensation::State::final;
+    how.share = 1.0;
+    how.asked = method;
+    how.set_aside = section->set_aside;
+    take_contour(judged, std::move(section->fit), std::move(how));
+}
+
+void PartJudge::take_contour(Judged& judged, fitting::SectionFit fit, Compensation how) {
+    how.change_mm = largest_distance(fit.contour, judged.result.fit->contour);
     judged.keep_flat();
-    const double change_mm = largest_distance(section->fit.contour, judged.provisional_contour());
-    judged.result = judge_fit(std::move(judged.result), std::move(section->fit), setup);
-    judged.result.compensation = {Compensation::State::final, {}, 1.0, change_mm, method, section->set_aside};
+    how.from_flat_mm = largest_distance(fit.contour, judged.flat_contour());
+    judged.result = judge_fit(std::move(judged.result), std::move(fit), *judged.setup);
+    judged.result.compensation = std::move(how);
 }
 
 void PartJudge::compensate(Judged& judged, const Stack& stack) {
@@ -153,16 +174,15 @@ void PartJudge::compensate(Judged& judged, const Stack& stack) {
     const double z_mm = judged.result.z_mm;
     const auto rows = stack.surface.rows();
     const bool reached = stack.surface.centres() && z_mm >= rows.front().z_mm() && z_mm <= rows.back().z_mm();
-    auto section = reached ? fitting::compensate_section(stack.surface, z_mm, judged.in_plane(), options)
+    const auto nominal = nominal_lean(*judged.setup, rows.size());
+    auto section = reached ? fitting::compensate_section(stack.surface, z_mm, judged.in_plane(), options, nominal)
                            : compensate_beside_others(judged, options);
     if (!section) return stay_flat(judged, section.error());
-    judged.keep_flat();
-    const double change_mm = largest_distance(section->fit.contour, judged.provisional_contour());
-    judged.result = judge_fit(std::move(judged.result), std::move(section->fit), *judged.setup);
-    judged.result.compensation = {Compensation::State::final,  {}, section->share, change_mm,
-                                  CompensationMethod::surface, 0};
-    if (!reached)
-        judged.result.compensation.note = "by the sections beside it: none that go all round lie both above and below";
+    Compensation how;
+    how.state = Compensation::State::final;
+    how.share = section->share;
+    if (!reached) how.note = "by the sections beside it: none that go all round lie both above and below";
+    take_contour(judged, std::move(section->fit), std::move(how));
 }
 
 /// Where the surface of the sections that go all round does not reach, or there is none.
@@ -191,6 +211,25 @@ std::vector<const SectionResult*> PartJudge::grow() {
         compensate(*below, *growing_);
     }
     return {&below->result};
+}
+
+const SectionResult* PartJudge::foretell() {
+    if (top_ == nullptr || top_ != sections_.back().get()) return nullptr;
+    const SectionSetup& setup = *top_->setup;
+    if (setup.fitting.compensation != CompensationMethod::surface) return nullptr;
+    const fitting::SurfaceCompensation& surface = growing_->surface;
+    const auto nominal = nominal_lean(setup, surface.rows().size());
+    if (!surface.centres() && !nominal) return nullptr;
+    const auto options = section_options(setup);
+    auto section = surface.centres()
+                       ? fitting::compensate_section(surface, top_->result.z_mm, top_->in_plane(), options, nominal)
+                       : fitting::compensate_by_nominal(top_->in_plane(), options, nominal);
+    if (!section) return nullptr;
+    Compensation how;
+    how.state = Compensation::State::provisional;
+    how.share = section->share;
+    take_contour(*top_, std::move(section->fit), std::move(how));
+    return &top_->result;
 }
 
 bool PartJudge::rejects_for_certain(std::size_t index) const {

@@ -38,6 +38,9 @@ class PartJudge {
     /// has neighbours on both sides now. Bounded: the surface is that of the newest sections. Returns what has changed,
     /// valid until the next call.
     std::vector<const SectionResult*> grow();
+    /// After that: judges the newest section anew, provisionally, by what is known of its lean: that of the sections
+    /// below, of the first two the nominal's. nullptr: nothing is, and it stays as it was.
+    const SectionResult* foretell();
     /// No more sections come: all are compensated by the surface through all of them, and aligned. `whole`: they are
     /// all that the part has; otherwise the alignment of the blade stays provisional. Returns as above.
     std::vector<const SectionResult*> complete(bool whole = true);
@@ -73,7 +76,7 @@ class PartJudge {
         std::optional<SectionAlignment> alignment;  ///< of the whole blade
 
         const fitting::SectionFit& in_plane() const { return flat ? *flat : *result.fit; }
-        const std::vector<fitting::ContourPoint>& provisional_contour() const {
+        const std::vector<fitting::ContourPoint>& flat_contour() const {
             return alone ? alone->contour : flat->contour;
         }
         /// Before the result gets another fit.
@@ -107,6 +110,7 @@ class PartJudge {
     core::Result<fitting::SurfaceSection> compensate_beside_others(const Judged& judged,
                                                                    const fitting::SectionOptions& options) const;
     void compensate_by_points(Judged& judged, const std::vector<fitting::CentreRow>& rows);
+    static void take_contour(Judged& judged, fitting::SectionFit fit, Compensation how);
 
     std::vector<std::unique_ptr<Judged>> sections_;
     SectionJudge alone_;

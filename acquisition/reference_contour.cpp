@@ -48,11 +48,10 @@ std::vector<double> leans_by_length(const NominalContour& contour) {
 
 ReferenceContour::ReferenceContour(const NominalContour& contour, fitting::ClosedCurve curve, double ball_radius_mm)
     : points_(contour.points),
+      knows_lean_(contour.leans_rad.size() == contour.points.size()),
       curve_(std::move(curve)),
       hollows_(fitting::find_hollows(curve_.spline(), ball_radius_mm)) {
     const auto leans = leans_by_length(contour);
-    // A lean that is only a bound has no sign.
-    const bool signed_leans = contour.leans_rad.size() == contour.points.size();
     stations_.reserve(station_count);
     for (std::size_t i = 0; i < station_count; ++i) {
         const double s = station_mm(i), t = curve_.parameter_at(s);
@@ -62,7 +61,7 @@ ReferenceContour::ReferenceContour(const NominalContour& contour, fitting::Close
         stations_.push_back({jet.position, jet.right_normal(), leans[i],
                              fitting::lean_error(ball_radius_mm, leans[i]).in_plane_mm,
                              fitting::lean_error(ball_radius_mm, std::abs(leans[i]) + lean_doubt_rad).in_plane_mm,
-                             signed_leans ? std::tan(leans[i]) : 0.0, reached});
+                             knows_lean_ ? std::tan(leans[i]) : 0.0, reached});
     }
     if (contour.tolerances.size() != points_.size()) return;
     tolerances_ = contour.tolerances;

@@ -56,6 +56,8 @@ class ReferenceContour {
     bool has_tolerances() const { return !tolerances_.empty(); }
     /// At an arc length, linear between the nominal's points. Only with tolerances.
     PointTolerance tolerance_at(double s_mm) const;
+    /// Whether the nominal says which way it leans, and not only how steep it is at most.
+    bool knows_lean() const { return knows_lean_; }
     /// Outward unit normal of the nominal surface where a ball with this centre in the section's plane would touch it;
     /// `outward`: the way in which the part is sought, unit.
     Eigen::Vector3d touched_normal(const Eigen::Vector2d& centre_mm, const Eigen::Vector2d& outward) const;
@@ -82,6 +84,7 @@ class ReferenceContour {
     const fitting::Hollow* hollow_below(const fitting::ContourPoint& point) const;
 
     std::vector<Eigen::Vector2d> points_;
+    bool knows_lean_;
     fitting::ClosedCurve curve_;
     std::vector<fitting::Hollow> hollows_;
     std::vector<Station> stations_;

@@ -36,7 +36,7 @@ std::string compensation_text(const Compensation& compensation) {
     switch (compensation.state) {
         case Compensation::State::final: {
             std::string text = ", " + std::string(fitting::words_for(compensation.asked)) +
-                               " moved the contour by up to " + core::fixed(compensation.change_mm * 1e3, 1) +
+                               " moved the contour by up to " + core::fixed(compensation.from_flat_mm * 1e3, 1) +
                                " \u00b5m";
             constexpr double whole = 0.9995;
             if (compensation.share < whole) text += " (" + core::fixed(100.0 * compensation.share, 1) + " % of it)";

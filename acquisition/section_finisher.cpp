@@ -97,7 +97,13 @@ void SectionFinisher::took_since(core::Duration begun) {
 
 /// One step, so that the sections of other parts do not wait for all that is left of this one.
 void SectionFinisher::step() {
-    if (std::exchange(grown_, true)) {
+    if (next_ == Step::grow) {
+        announce_revised(judge_.grow());
+        next_ = Step::foretell;
+    } else if (next_ == Step::foretell) {
+        if (const auto* newest = judge_.foretell()) announce_revised({newest});
+        next_ = Step::finish;
+    } else {
         std::unique_lock lock(mutex_);
         if (!waiting_.empty()) {
             finish_next(lock);
@@ -109,8 +115,6 @@ void SectionFinisher::step() {
             lock.unlock();
             if (const auto* section = judge_.complete_next()) announce_revised({section});
         }
-    } else {
-        announce_revised(judge_.grow());
     }
     go_on();
 }
@@ -118,7 +122,7 @@ void SectionFinisher::step() {
 /// Behind what others have asked the workers for.
 void SectionFinisher::go_on() {
     const std::lock_guard lock(mutex_);
-    if (!grown_ || !waiting_.empty() || complete_ || judge_.completing()) {
+    if (next_ != Step::finish || !waiting_.empty() || complete_ || judge_.completing()) {
         workers_.post([this] { step(); });
     } else {
         busy_ = false;
@@ -143,7 +147,7 @@ void SectionFinisher::finish_next(std::unique_lock<std::mutex>& lock) {
     took_since(begun);
     if (!stays) announce_closed(result, received);
     announce_decisions(result, received);
-    grown_ = again;  // the surface through all sections is laid anew
+    next_ = again ? Step::finish : Step::grow;  // the surface through all sections is laid anew
     lock.lock();
 }
 

@@ -67,6 +67,9 @@ class SectionFinisher {
     SectionLatency latency() const;
 
   private:
+    /// What comes next: of the last section the surface that grows by it, then its own lean; or another section.
+    enum class Step : std::uint8_t { grow, foretell, finish };
+
     std::optional<TimeTaken> since(std::optional<core::Duration> received, std::vector<double>& latencies_ms);
     void took_since(core::Duration begun);
     void begin();
@@ -85,9 +88,9 @@ class SectionFinisher {
     std::condition_variable changed_;
     // Of the worker, while busy.
     PartJudge judge_;
-    double t_machine_s_ = 0.0;                                      // of the last section
-    core::Duration processor_begun_{};                              // the thread's time when it began with that
-    bool grown_ = true;                                             // the surface has the last section
+    double t_machine_s_ = 0.0;          // of the last section
+    core::Duration processor_begun_{};  // the thread's time when it began with that
+    Step next_ = Step::finish;
     std::map<std::size_t, std::set<std::uint64_t>> told_rejected_;  // points by section
     std::deque<std::unique_ptr<LiveSection>> waiting_;
     bool complete_ = false;      // asked for

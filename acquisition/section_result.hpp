@@ -72,13 +72,14 @@ struct RecordedPoint {
 struct Compensation {
     enum class State : std::uint8_t {
         flat,         ///< in the section's plane, for good
-        provisional,  ///< in the section's plane until its neighbours are there
+        provisional,  ///< until the section above has closed: in its plane, or by a lean that was not measured
         final,        ///< by the method that was asked for
     };
     State state = State::flat;
-    std::string note;        ///< flat: why
-    double share = 0.0;      ///< final: of the section that the method compensates; elsewhere the 2-D offset stands
-    double change_mm = 0.0;  ///< final: largest distance from the 2-D contour
+    std::string note;           ///< flat: why
+    double share = 0.0;         ///< of the section that the method compensates; elsewhere the 2-D offset stands
+    double from_flat_mm = 0.0;  ///< largest distance from the 2-D contour
+    double change_mm = 0.0;     ///< largest distance from the contour that was told before this one, whichever it was
     fitting::CompensationMethod asked = fitting::CompensationMethod::surface;
     std::size_t set_aside = 0;  ///< final, point by point: contacts out of order or off their neighbours
 

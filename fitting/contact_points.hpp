@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <span>
 #include <vector>
 
 #include "core/error.hpp"
 #include "fitting/compensation.hpp"
 #include "fitting/compensation_method.hpp"
+#include "fitting/nominal_normal.hpp"
 
 /// The classic ways to take the ball off, point by point (named in JIA, 1.2, without formulas; docs/compensation.md has
 /// ours and their errors): contact = centre - r N, N found from the neighbouring centres as they were measured. For
@@ -30,10 +30,6 @@ struct Contact : ContactPoint {
     /// Only one row beside it told the lean, and not how the surface bends: largest error by that, of the 2-D offset.
     double bound_mm = 0.0;
 };
-
-/// The outward unit normal of the nominal surface where a ball at this place of the section's plane would touch it;
-/// `outward`: of the row of centres there, unit.
-using NominalNormal = std::function<Vec3(const Vec2& centre, const Vec2& outward)>;
 
 /// Contacts of all centres of `rows[row]`, in their order; `rows` ascend in z. Neighbours in the row are the next ones
 /// at least r/5 away (nearer ones tell the noise, not the normal); those above and below are the nearest places of the

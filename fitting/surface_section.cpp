@@ -9,6 +9,7 @@
 #include "fitting/closed_curve.hpp"
 #include "fitting/closest_point.hpp"
 #include "fitting/displaced_row.hpp"
+#include "fitting/offset.hpp"
 #include "fitting/section_mover.hpp"
 #include "fitting/slope_forecast.hpp"
 #include "fitting/surface_cut.hpp"
@@ -137,7 +138,7 @@ class SurfaceLook {
   public:
     /// `of_surface`: the section is one of those that the surface was made of.
     SurfaceLook(const SurfaceCompensation& surface, double z_mm, const SmoothCurve& smooth, bool of_surface,
-                std::size_t row, const SectionFit& flat, const SectionOptions& options)
+                std::size_t row, const SectionFit& flat, const SectionOptions& options, const NominalNormal& nominal)
         : surface_(surface),
           z_mm_(z_mm),
           of_surface_(of_surface),
@@ -145,6 +146,7 @@ class SurfaceLook {
           row_(row),
           flat_(flat),
           options_(options),
+          nominal_(nominal),
           smooth_(smooth) {}
 
     core::Result<SurfaceSection> run() {
@@ -174,12 +176,35 @@ class SurfaceLook {
         return {};
     }
 
+    /// Where the plane of the section cuts the surface of contacts.
+    struct Cut {
+        std::vector<CutPoint> points;
+        std::vector<double> off_nominal_rad;  // with a nominal: by which the surface there leans otherwise
+    };
+    /// At these u. With a nominal by its lean: the 2-D offset's error is another then, and how the surface bends over z
+    /// is what the sections below have told.
+    core::Result<Cut> cut_at(std::span<const double> u) const {
+        const double r = options_.ball_radius_mm;
+        auto found = cut_at_height(surface_.centres()->surface, -r, z_mm_, u);
+        if (!found) return tl::unexpected(found.error());
+        Cut cut{std::move(found->points), {}};
+        if (!nominal_) return cut;
+        for (CutPoint& p : cut.points) {
+            const Vec2 outward = p.normal.head<2>().normalized();
+            const double told = lean_of(nominal_(p.position.head<2>() + r * outward, outward)), own = lean_of(p.normal);
+            p.position.head<2>() -= (lean_error(r, told).in_plane_mm - lean_error(r, own).in_plane_mm) * outward;
+            p.normal << std::cos(told) * outward, std::sin(told);
+            cut.off_nominal_rad.push_back(std::abs(told - own));
+        }
+        return cut;
+    }
+    static double lean_of(const Vec3& normal) { return std::asin(std::clamp(normal.z(), -1.0, 1.0)); }
+
     /// Where the wall leans, the ball meets the end of an edge beside where the cut has it (0.02 mm and more): there
     /// the movement, too, has to bend at once.
     core::Status break_at_joints() {
         const double r = options_.ball_radius_mm;
-        const SurfaceFit& centres = *surface_.centres();
-        const auto cut = cut_at_height(centres.surface, -r, z_mm_, centres.joints);
+        const auto cut = cut_at(surface_.centres()->joints);
         if (!cut) return tl::unexpected(cut.error());
         const ClosestPointIndex own(curve_);
         const auto& breaks = curve_.breaks();
@@ -215,7 +240,7 @@ class SurfaceLook {
     core::Status look_up() {
         const Surface& surface = surface_.centres()->surface;
         const double r = options_.ball_radius_mm;
-        const auto cut = cut_at_height(surface, -r, z_mm_, span_parameters(surface.u(), parts_of_a_span));
+        const auto cut = cut_at(span_parameters(surface.u(), parts_of_a_span));
         if (!cut) return tl::unexpected(cut.error());
         std::vector<Vec2> wanted;
         for (const CutPoint& p : cut->points)
@@ -247,7 +272,8 @@ class SurfaceLook {
             const Vec2 outward = p.normal.head<2>().normalized();
             movement_.shift.push_back(
                 displacement_.apply_to_direction(feet[k].foot - own_[k] + (1.0 - explained) * off[k] * outward));
-            movement_.stations.push_back(station(t, p, forecast.slope_error(k, outward)));
+            const double slope_error = nominal_ ? cut->off_nominal_rad[place[k]] : forecast.slope_error(k, outward);
+            movement_.stations.push_back(station(t, p, slope_error));
             if (explained > 0.0)
                 take_shares({p.place.u, noise, rms[k], beside[k]}, explained, movement_.stations.back());
         }
@@ -301,7 +327,7 @@ class SurfaceLook {
     SurfaceStation station(double t, const CutPoint& p, double slope_error) const {
         SurfaceStation s;
         s.t = t;
-        s.lean_rad = std::asin(std::clamp(p.normal.z(), -1.0, 1.0));
+        s.lean_rad = lean_of(p.normal);
         s.doubt(options_.ball_radius_mm, slope_error);
         return s;
     }
@@ -312,6 +338,7 @@ class SurfaceLook {
     std::size_t row_;
     const SectionFit& flat_;
     const SectionOptions& options_;
+    const NominalNormal& nominal_;
     SmoothCurve smooth_;        // of the section's ball centres, as the surface has it
     ClosedCurve level_curve_;   // of the surface at the section's height
     PlaneMotion displacement_;  // of the section from there
@@ -323,7 +350,7 @@ class SurfaceLook {
 }  // namespace
 
 core::Result<SurfaceSection> compensate_section(const SurfaceCompensation& surface, double z_mm, const SectionFit& flat,
-                                                const SectionOptions& options) {
+                                                const SectionOptions& options, const NominalNormal& nominal) {
     const auto refuse = [](const char* why) { return core::fail(core::ErrorCode::fit_not_evaluable, why); };
     const auto rows = surface.rows();
     if (!surface.centres()) return refuse("compensation: no other section tells the lean");
@@ -334,7 +361,8 @@ core::Result<SurfaceSection> compensate_section(const SurfaceCompensation& surfa
         return refuse("compensation: the section's curve of ball centres is not that of its points");
     if (z_mm < rows.front().z_mm() || z_mm > rows.back().z_mm())
         return refuse("compensation: the section lies beyond those that tell the lean");
-    return SurfaceLook(surface, z_mm, smooth, of_surface, static_cast<std::size_t>(row - rows.begin()), flat, options)
+    return SurfaceLook(surface, z_mm, smooth, of_surface, static_cast<std::size_t>(row - rows.begin()), flat, options,
+                       nominal)
         .run();
 }
 

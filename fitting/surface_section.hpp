@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "fitting/compensation.hpp"
+#include "fitting/nominal_normal.hpp"
 #include "fitting/section.hpp"
 #include "fitting/section_mover.hpp"
 
@@ -21,9 +22,10 @@ namespace cmm::fitting {
 /// distance of the section to the polynomial through the points of its (up to four) next sections, for an error of the
 /// lean is one of the slope. With two sections nothing is known of e, and the error of the 2-D offset stands for it. A
 /// section between those that the surface was made of (one with wide gaps) takes its lean from them and keeps all that
-/// is its own. `flat` and `options` as fit_section had them. Errors: fit_not_evaluable (beyond the rows, the plane
-/// misses the surface of contacts, the section's own).
+/// is its own. With a `nominal` its lean is taken instead: two sections tell it worse. Its error is how far the two are
+/// apart. `flat` and `options` as fit_section had them. Errors: fit_not_evaluable (beyond the rows, the plane misses
+/// the surface of contacts, the section's own).
 core::Result<SurfaceSection> compensate_section(const SurfaceCompensation& surface, double z_mm, const SectionFit& flat,
-                                                const SectionOptions& options);
+                                                const SectionOptions& options, const NominalNormal& nominal = {});
 
 }  // namespace cmm::fitting

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <deque>
+#include <string>
 
 #include "tests/acquisition/leaning_part.hpp"
 #include "tests/acquisition/session_fixture.hpp"
@@ -43,6 +44,7 @@ TEST_F(PartJudgeTest, ASectionIsFinalWhenTheOneAboveHasClosed) {
     PartJudge judge;
     EXPECT_EQ(judge.finish(measured.setups[0], measured.points(0)).compensation.state, Method::provisional);
     EXPECT_TRUE(judge.grow().empty());
+    EXPECT_NE(judge.foretell(), nullptr) << "its lean is the nominal's";
     judge.finish(measured.setups[1], measured.points(1));
     for (std::size_t below : {0U, 1U}) {
         const auto revised = judge.grow();
@@ -50,6 +52,10 @@ TEST_F(PartJudgeTest, ASectionIsFinalWhenTheOneAboveHasClosed) {
         EXPECT_EQ(revised[0]->index, below);
         EXPECT_EQ(revised[0]->compensation.state, Method::final);
         EXPECT_EQ(revised[0]->characteristics.size(), 8U);
+        const auto* newest = judge.foretell();
+        ASSERT_NE(newest, nullptr);
+        EXPECT_EQ(newest->index, below + 1);
+        EXPECT_EQ(newest->compensation.state, Method::provisional);
         if (below == 0) judge.finish(measured.setups[2], measured.points(2));
     }
     const auto all = judge.complete();
@@ -61,12 +67,69 @@ TEST_F(PartJudgeTest, ASectionIsFinalWhenTheOneAboveHasClosed) {
     }
 }
 
+/// Walls that lean by 10 degrees and more, with the twist: 15 to 18 um beside the 2-D contour.
+TEST_F(PartJudgeTest, AProvisionalSectionLeansAsItsNominalAndHardlyChangesWhenItIsFinal) {
+    const LeaningPart part(leaning_text("profile_mm = 0.1\n"), Eigen::Vector2d::Zero());
+    PartJudge judge;
+    for (const std::size_t index : {0U, 1U, 2U}) {
+        const auto& flat = judge.finish(part.setups[index], part.points(index));
+        EXPECT_EQ(flat.compensation.from_flat_mm, 0.0);
+        const auto below = judge.grow();
+        ASSERT_EQ(below.size(), index > 0 ? 1U : 0U);
+        if (index > 0) {
+            EXPECT_EQ(below[0]->compensation.state, Method::final);
+            EXPECT_GT(below[0]->compensation.from_flat_mm, 14e-3);
+            EXPECT_LT(below[0]->compensation.change_mm, 2e-3);
+        }
+        const auto* newest = judge.foretell();
+        ASSERT_NE(newest, nullptr);
+        EXPECT_EQ(newest->index, index);
+        EXPECT_EQ(newest->compensation.state, Method::provisional);
+        EXPECT_GT(newest->compensation.from_flat_mm, 14e-3);
+        EXPECT_LT(newest->compensation.from_flat_mm, 19e-3);
+        EXPECT_EQ(newest->compensation.change_mm, newest->compensation.from_flat_mm);
+    }
+}
+
+/// Of a nominal that knows how steep it is at most, and not where and which way.
+TEST_F(PartJudgeTest, ALeanThatIsOnlyABoundForetellsNothing) {
+    LeaningPart part(leaning_text("profile_mm = 0.1\n"), Eigen::Vector2d::Zero());
+    const auto points = part.points(0);
+    SectionSetup& setup = part.setups[0];
+    ASSERT_TRUE(setup.nominal->reference.knows_lean());
+    NominalContour contour;
+    contour.points = setup.nominal->reference.points();
+    contour.lean_rad = 0.2;
+    setup.nominal->reference = ReferenceContour(contour, setup.nominal->section.curve(), setup.ball_radius_mm);
+    EXPECT_FALSE(setup.nominal->reference.knows_lean());
+    PartJudge judge;
+    judge.finish(setup, points);
+    EXPECT_TRUE(judge.grow().empty());
+    EXPECT_EQ(judge.foretell(), nullptr);
+}
+
+TEST_F(PartJudgeTest, WithoutANominalTheFirstSectionStaysInItsPlaneUntilTheSecondHasClosed) {
+    const LeaningPart part(leaning_text("profile_mm = 0.1\n"), leans_more);
+    const auto setups = too_thick_without_nominal(part);
+    PartJudge judge;
+    judge.finish(setups[0], part.points(0));
+    EXPECT_TRUE(judge.grow().empty());
+    EXPECT_EQ(judge.foretell(), nullptr);
+    judge.finish(setups[1], part.points(1));
+    judge.grow();
+    const auto* second = judge.foretell();
+    ASSERT_NE(second, nullptr);
+    EXPECT_EQ(second->compensation.state, Method::provisional);
+    EXPECT_GT(second->compensation.from_flat_mm, 14e-3);
+}
+
 TEST_F(PartJudgeTest, TheEndDoesNotDependOnWhatWasJudgedBefore) {
     const Measured measured(part_text("[20, 30, 40]"));
     PartJudge live, late, shuffled;
     for (const std::size_t i : {0U, 1U, 2U}) {
         live.finish(measured.setups[i], measured.points(i));
         live.grow();
+        live.foretell();
         late.finish(measured.setups[i], measured.points(i));
     }
     for (const std::size_t i : {1U, 2U, 0U}) {
@@ -243,6 +306,7 @@ TEST_F(PartJudgeTest, ASectionThatDoesNotJoinKeepsIts2dContour) {
             ASSERT_EQ(revised.size(), 1U);
             EXPECT_EQ(revised[0]->index, 1U);
             EXPECT_EQ(revised[0]->compensation.state, Method::flat);
+            EXPECT_EQ(judge.foretell(), nullptr);
         }
     }
     judge.complete();
