@@ -67,6 +67,13 @@ TEST_F(PartJudgeTest, ASectionIsFinalWhenTheOneAboveHasClosed) {
     }
 }
 
+double largest_u95_mm(const SectionResult& section) {
+    double largest = 0.0;
+    for (const auto& point : section.fit->contour)
+        largest = std::max(largest, point.u95_mm);
+    return largest;
+}
+
 /// Walls that lean by 10 degrees and more, with the twist: 15 to 18 um beside the 2-D contour.
 TEST_F(PartJudgeTest, AProvisionalSectionLeansAsItsNominalAndHardlyChangesWhenItIsFinal) {
     const LeaningPart part(leaning_text("profile_mm = 0.1\n"), Eigen::Vector2d::Zero());
@@ -80,6 +87,7 @@ TEST_F(PartJudgeTest, AProvisionalSectionLeansAsItsNominalAndHardlyChangesWhenIt
             EXPECT_EQ(below[0]->compensation.state, Method::final);
             EXPECT_GT(below[0]->compensation.from_flat_mm, 14e-3);
             EXPECT_LT(below[0]->compensation.change_mm, 2e-3);
+            EXPECT_LT(largest_u95_mm(*below[0]), 5e-3) << "two sections alone do not know their lean";
         }
         const auto* newest = judge.foretell();
         ASSERT_NE(newest, nullptr);
@@ -89,6 +97,21 @@ TEST_F(PartJudgeTest, AProvisionalSectionLeansAsItsNominalAndHardlyChangesWhenIt
         EXPECT_LT(newest->compensation.from_flat_mm, 19e-3);
         EXPECT_EQ(newest->compensation.change_mm, newest->compensation.from_flat_mm);
     }
+}
+
+/// The nominal's lean leaves 9 um.
+TEST_F(PartJudgeTest, FromTheThirdSectionOnTheLeanIsMeasured) {
+    const LeaningPart part(leaning_text("profile_mm = 0.1\n"), leans_more);
+    PartJudge judge;
+    for (const std::size_t index : {0U, 1U, 2U}) {
+        judge.finish(part.setups[index], part.points(index));
+        judge.grow();
+        ASSERT_NE(judge.foretell(), nullptr);
+    }
+    judge.complete();
+    const auto sections = judge.take();
+    EXPECT_GT(sections[2].compensation.from_flat_mm, 20e-3);
+    EXPECT_LT(sections[2].compensation.change_mm, 2e-3);
 }
 
 /// Of a nominal that knows how steep it is at most, and not where and which way.
