@@ -210,6 +210,11 @@ class ContourBuilder {
         double operator()(double SurfaceStation::*value) const {
             return last.*value + share * (next.*value - last.*value);
         }
+        /// Its size between theirs, its sign that of the nearer one.
+        double drawn_doubt_mm() const {
+            const double from = std::abs(last.drawn_doubt_mm), to = std::abs(next.drawn_doubt_mm);
+            return std::copysign(from + share * (to - from), (share < 0.5 ? last : next).drawn_doubt_mm);
+        }
     };
     Stations stations_at(double t) const {
         const auto above = std::upper_bound(surface_.begin(), surface_.end(), t,
@@ -227,6 +232,7 @@ class ContourBuilder {
         out.scatter_share = between(&SurfaceStation::scatter_share);
         out.kept_share = between(&SurfaceStation::kept_share);
         out.bound_mm = fit_.faired_mm + between(&SurfaceStation::lean_doubt_mm);
+        out.drawn_mm = between.drawn_doubt_mm();
         out.u95_mm = noise_uncertainty(at, out.noise_share) + out.bound_mm;
         if (between.last.moved && between.next.moved) {
             out.lean_rad = between(&SurfaceStation::lean_rad);

@@ -17,6 +17,7 @@ struct SurfaceStation {
     double noise_share = 1.0;  ///< of the curve's noise, that is left after the movement; 1: others took none
     double scatter_share = 1.0, kept_share = 1.0;  ///< the same, of CurveNoise::Variance's parts
     double lean_doubt_mm = 0.0;                    ///< largest error by what is not known of the lean; added
+    double drawn_doubt_mm = 0.0;                   ///< the same, with its sign, where it is as much chance as noise
     double offset_error_mm = 0.0;                  ///< of the 2-D offset by this lean
     bool moved = true;                             ///< false: the curve was left there as it is, or hardly moved
 

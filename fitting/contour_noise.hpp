@@ -67,6 +67,8 @@ class ContourNoise {
     /// Loads on what differs from place to place.
     PlaceLoads place_loads(std::span<const ContourPoint> contour, const Sensitivity& number) const;
     double place_mm(const ContourPoint& point) const;
+    /// From the part of the bounds that is chance.
+    double drawn_variance(std::span<const ContourPoint> contour, const Sensitivity& number) const;
     double direction_mm() const { return fields_.direction_mm(); }
     /// From the noise of the points alone, in the square of the number's unit. Where nothing is known, the points' own
     /// u95 fully correlated, which is never too small.

@@ -104,6 +104,7 @@ struct ContourPoint {
     double noise_share = 1.0;  ///< of the noise of the curve of ball centres: the neighbouring sections take some of it
     double scatter_share = 1.0, kept_share = 1.0;  ///< the same, of CurveNoise::Variance's parts
     double bound_mm = 0.0;      ///< part of u95_mm, added: what is not known of the lean, and fairing
+    double drawn_mm = 0.0;      ///< of that, with its sign, what is chance: of a number of many points it is not added
     double flattened_mm = 0.0;  ///< beside u95_mm: so much of a narrow form the curve may leave out (`flattened_mm`)
     PlaceErrors machine;        ///< beside u95_mm: by machine, probe and temperature
 };

@@ -37,6 +37,7 @@ void fade(const SmoothCurve& smooth, const SectionFit& flat, double r, SectionMo
         s.moved = false;
         s.offset_error_mm *= 1.0 - share;
         s.offset_error_mm += std::exchange(s.lean_doubt_mm, 0.0);
+        s.drawn_doubt_mm = 0.0;
         s.noise_share = 1.0 + share * (s.noise_share - 1.0);
         s.scatter_share = 1.0 + share * (s.scatter_share - 1.0);
         s.kept_share = 1.0 + share * (s.kept_share - 1.0);

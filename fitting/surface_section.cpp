@@ -40,8 +40,10 @@ class NeighbourForecast {
             add(surface, others_[k]->z_mm(), others_[k]->smooth().curve, u, slope_.weight(k));
     }
 
-    /// Of the slope of the column at place i, across the unit normal in the plane, as an angle.
-    double slope_error(std::size_t i, const Vec2& outward) const { return slope_.slope_error(off_[i].dot(outward)); }
+    /// By so much the polynomial misses the section at place i, along the unit normal in the plane.
+    double missed_mm(std::size_t i, const Vec2& outward) const { return off_[i].dot(outward); }
+    /// Of the slope of a column that was missed so, as an angle.
+    double slope_error(double missed_mm) const { return slope_.slope_error(missed_mm); }
 
   private:
     using Others = std::vector<const SurfaceRow*>;
@@ -272,8 +274,15 @@ class SurfaceLook {
             const Vec2 outward = p.normal.head<2>().normalized();
             movement_.shift.push_back(
                 displacement_.apply_to_direction(feet[k].foot - own_[k] + (1.0 - explained) * off[k] * outward));
-            const double slope_error = nominal_ ? cut->off_nominal_rad[place[k]] : forecast.slope_error(k, outward);
-            movement_.stations.push_back(station(t, p, slope_error));
+            SurfaceStation s = station(t, p);
+            if (nominal_) {
+                s.doubt(options_.ball_radius_mm, cut->off_nominal_rad[place[k]]);
+            } else {
+                const double missed_mm = forecast.missed_mm(k, outward), error = forecast.slope_error(missed_mm);
+                s.doubt(options_.ball_radius_mm, error);
+                if (std::isfinite(error)) s.drawn_doubt_mm = std::copysign(s.lean_doubt_mm, missed_mm * s.lean_rad);
+            }
+            movement_.stations.push_back(s);
             if (explained > 0.0)
                 take_shares({p.place.u, noise, rms[k], beside[k]}, explained, movement_.stations.back());
         }
@@ -324,11 +333,10 @@ class SurfaceLook {
         s.kept_share = 1.0 + explained * (std::sqrt(kept) - 1.0);
     }
 
-    SurfaceStation station(double t, const CutPoint& p, double slope_error) const {
+    static SurfaceStation station(double t, const CutPoint& p) {
         SurfaceStation s;
         s.t = t;
         s.lean_rad = lean_of(p.normal);
-        s.doubt(options_.ball_radius_mm, slope_error);
         return s;
     }
 

@@ -76,7 +76,7 @@ TEST(CharacteristicCoverage, IntervalsOfCompensatedSectionsHoldTheTruth) {
         add(found.front().ends, ends);
     }
     expect_held(between, 0.3);
-    expect_held(ends, 0.1);
+    expect_held(ends, 0.35);
 }
 
 }  // namespace
