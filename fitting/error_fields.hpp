@@ -46,9 +46,9 @@ inline double known_of(const FieldLoads& loads) {
 
 /// The uncertainty of a number by where it comes from, in its unit; standard, but for what is added to U95 as it is.
 struct ErrorBudget {
-    double noise = 0.0;  ///< of the points
+    double noise = 0.0;  ///< of the points, and of a lean that other sections foretell
     std::array<double, error_sources> machine{};
-    double bound = 0.0;  ///< added: 2-D offset, lean, fairing, expansion that is known and not corrected
+    double bound = 0.0;  ///< added: 2-D offset, a lean that none foretells, fairing, known expansion not corrected
 
     double& of(ErrorSource source) { return machine.at(static_cast<std::size_t>(source)); }
     double of(ErrorSource source) const { return machine.at(static_cast<std::size_t>(source)); }
