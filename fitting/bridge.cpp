@@ -134,8 +134,8 @@ std::optional<Polynomial> through_both(const Neighbours& near, std::size_t side,
 }
 
 /// The smooth curve through the longest stretch next to the gap on one side.
-std::optional<Polynomial> through_side(const Side& side, std::size_t count, double sigma) {
-    for (std::size_t used = count; used >= 4; used -= used > 6 ? 2 : 1) {
+std::optional<Polynomial> through_side(std::span<const Vec2> side, double sigma) {
+    for (std::size_t used = side.size(); used >= 4; used -= used > 6 ? 2 : 1) {
         Polynomial one(CircleFrame(side[used - 1], side[used / 2], side[0]));
         for (std::size_t k = used; k-- > 0;)
             one.add(side[k]);
@@ -150,8 +150,8 @@ struct Sides {
     Prediction before, after;
 
     Sides(const Neighbours& near, double sigma)
-        : curve_before(through_side(near.before, near.count_before, sigma)),
-          curve_after(through_side(near.after, near.count_after, sigma)) {}
+        : curve_before(through_side(std::span(near.before).first(near.count_before), sigma)),
+          curve_after(through_side(std::span(near.after).first(near.count_after), sigma)) {}
 
     void predict(const Vec2& p) {
         if (curve_before) before = curve_before->predict(p, 1);
@@ -248,6 +248,13 @@ Verdict judge_at_corner(const Sides& sides, const Neighbours& near, const Vec2& 
 }
 
 }  // namespace
+
+Verdict judge_beyond(std::span<const Vec2> side, const Vec2& p, double sigma_mm) {
+    const auto curve = through_side(side.first(std::min(side.size(), most_points)), sigma_mm);
+    if (!curve) return {};
+    const Prediction beyond = curve->predict(p, 1);
+    return beyond.leverage > most_leverage ? Verdict{} : verdict_of(beyond, false);
+}
 
 Verdict judge_point(const Neighbours& near, const Vec2& p, double sigma_mm) {
     auto joint = through_both(near, both_sides, highest_degree, sigma_mm);

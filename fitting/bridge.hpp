@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <span>
 
 #include "fitting/vec2.hpp"
 
@@ -31,5 +32,8 @@ struct Verdict {
 /// that leaves residuals like noise of standard deviation `sigma_mm` > 0; what the next two degrees would change counts
 /// as error of the model. When no smooth curve joins the two sides, the side that `p` continues better decides.
 Verdict judge_point(const Neighbours& neighbours, const Vec2& p, double sigma_mm);
+
+/// Predicts `p` in the same way by the points of one side alone, at most 16, nearest first.
+Verdict judge_beyond(std::span<const Vec2> side, const Vec2& p, double sigma_mm);
 
 }  // namespace cmm::fitting

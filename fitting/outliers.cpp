@@ -9,6 +9,7 @@
 #include "fitting/coarse_runs.hpp"
 #include "fitting/excused_runs.hpp"
 #include "fitting/lifted_runs.hpp"
+#include "fitting/side_ends.hpp"
 #include "fitting/stretch_search.hpp"
 #include "fitting/swapped_runs.hpp"
 
@@ -44,6 +45,7 @@ class Finder {
         // Runs beside those that show far more were not looked at.
         if (chain_.any_bad() && lifted.convict()) chain_.estimate_scatter();
         exchange_swapped_runs(chain_);
+        judge_side_ends(chain_);
         // What the scan is too coarse to tell.
         free_coarse_runs(chain_);
         return chain_.report();

@@ -18,13 +18,12 @@ StrayPoints strays_of(const FittedBlade& fitted, std::size_t k) {
     return stray_points(fitted.surface, fitted.rows.heights[k], fitted.centres[k], fitted.fits[k].verdicts);
 }
 
-/// Two and three of 20 to 33 um on an edge or beside it, which the single section takes for its form.
+/// Two and three of 20 to 33 um on an edge or beside it, which the single section takes for its form: four fans of the
+/// first 150 have so many.
 TEST(StrayPoints, WhatASectionTakesForItsFormTheOthersBetray) {
     std::size_t missed = 0, found = 0;
-    for (const auto& [family, seed] : {std::pair{families::Family::fan, 7}, std::pair{families::Family::fan, 12},
-                                       std::pair{families::Family::fan, 24}, std::pair{families::Family::fan, 28},
-                                       std::pair{families::Family::fan, 31}}) {
-        const FittedBlade fitted(family, static_cast<std::uint64_t>(seed));
+    for (const std::uint64_t seed : {12, 24, 63, 136}) {
+        const FittedBlade fitted(families::Family::fan, seed);
         SCOPED_TRACE(fitted.blade.name());
         for (std::size_t k = 0; k < fitted.fits.size(); ++k) {
             for (std::size_t i = 0; i < fitted.centres[k].size(); ++i)
@@ -38,8 +37,8 @@ TEST(StrayPoints, WhatASectionTakesForItsFormTheOthersBetray) {
             }
         }
     }
-    EXPECT_GE(missed, 12U);
-    EXPECT_GE(found + 1, missed);
+    EXPECT_GE(missed, 9U);
+    EXPECT_EQ(found, missed);
 }
 
 /// A dent of seven or eighteen points is the part's, though no other section has it.
@@ -66,12 +65,12 @@ TEST(StrayPoints, ASectionThatIsDisplacedKeepsItsPoints) {
 }
 
 TEST(StrayPoints, WhatAnOperatorKeepsStays) {
-    FittedBlade fitted(families::Family::fan, 28);
-    const auto strays = strays_of(fitted, 3).bad;
-    ASSERT_EQ(strays.size(), 3U);
+    FittedBlade fitted(families::Family::fan, 63);
+    const auto strays = strays_of(fitted, 9).bad;
+    ASSERT_EQ(strays.size(), 4U);
     for (const auto& stray : strays)
-        fitted.fits[3].verdicts[stray.index].kept = true;
-    EXPECT_TRUE(strays_of(fitted, 3).bad.empty());
+        fitted.fits[9].verdicts[stray.index].kept = true;
+    EXPECT_TRUE(strays_of(fitted, 9).bad.empty());
 }
 
 }  // namespace

@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "fitting/side_ends.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+#include <vector>
+
+namespace cmm::fitting {
+namespace {
+
+constexpr std::ptrdiff_t judged = 7;  // last points of a side
+constexpr std::ptrdiff_t fewest_witnesses = 8;
+constexpr std::size_t most_witnesses = 16;
+constexpr std::ptrdiff_t farthest_witness = 32;  // points away
+constexpr std::ptrdiff_t fewest_points = 64;     // of a chain that has sides and edges
+constexpr double least_step_ratio = 2.5;         // of a side's steps to an edge's
+constexpr double least_share = 0.35;             // of a side's step: the one to its last point
+constexpr std::ptrdiff_t near_edge = 3;          // points of the edge, of which the first good one is looked at
+constexpr std::ptrdiff_t deep = 6;  // points of the edge to where its direction is taken, and on from there
+constexpr double least_turn_rad = 0.2;
+constexpr double borne_out = 3.0;   // standard deviations of a prediction
+constexpr double witness_sd = 2.0;  // in sigmas: of a prediction that frees a point
+
+/// How far it is from each point to the next.
+class Steps {
+  public:
+    explicit Steps(const ChainState& chain) : chain_(chain) {
+        for (std::ptrdiff_t i = 0; i < chain.size(); ++i)
+            step_.push_back(chain.exists(i + 1) ? (chain.point(i + 1) - chain.point(i)).norm() : 0.0);
+    }
+
+    /// Whether the points are sparse up to there and dense from there on.
+    bool side_ends_at(std::ptrdiff_t last, std::ptrdiff_t way) const {
+        if (!chain_.exists(last - way * (judged + fewest_witnesses)) || !chain_.exists(last + way * 2 * deep))
+            return false;
+        const auto at = [&](std::ptrdiff_t k) { return step(last, way, k); };
+        // Among three of five is one that is as large as the median, and one as small.
+        if (std::max({at(-1), at(-2), at(-3)}) <= least_step_ratio * std::min({at(1), at(2), at(3)})) return false;
+        const double of_edge = median({at(1), at(2), at(3), at(4), at(5)}), sparse = of_side(last, way);
+        return sparse > least_step_ratio * of_edge && at(-1) > least_share * sparse;
+    }
+    double of_side(std::ptrdiff_t last, std::ptrdiff_t way) const {
+        const auto at = [&](std::ptrdiff_t k) { return step(last, way, k); };
+        return median({at(-1), at(-2), at(-3), at(-4), at(-5)});
+    }
+
+  private:
+    /// From the k-th point behind `last` to the next.
+    double step(std::ptrdiff_t last, std::ptrdiff_t way, std::ptrdiff_t k) const {
+        const std::ptrdiff_t n = chain_.size(), from = way > 0 ? last + k : last - k - 1;
+        return step_[static_cast<std::size_t>(from < 0 ? from + n : from < n ? from : from - n)];
+    }
+    static double median(std::array<double, 5> values) {
+        std::nth_element(values.begin(), values.begin() + 2, values.end());
+        return values[2];
+    }
+
+    const ChainState& chain_;
+    std::vector<double> step_;
+};
+
+/// One end of one side: its points counted from the last sparse one, 0, on into the edge.
+class SideEnd {
+  public:
+    SideEnd(ChainState& chain, std::ptrdiff_t last, std::ptrdiff_t way, double side_step_mm)
+        : chain_(chain), last_(last), way_(way), side_step_(side_step_mm) {}
+
+    void judge() {
+        const double turn = turn_angle(chain_.point(last_) - chain_.point(at(-judged)),
+                                       chain_.point(at(2 * deep)) - chain_.point(at(deep)));
+        if (std::abs(turn) < least_turn_rad) return;
+        outward_ = turn > 0.0 ? 1.0 : -1.0;
+        for (std::ptrdiff_t k = 1 - judged; k <= 0; ++k) {
+            now_[slot(k)] = chain_.state(at(k));
+            verdicts_[slot(k)] = said_of(k, k);
+            const Verdict& verdict = verdicts_[slot(k)];
+            if (!verdict.resolved) break;
+            if (std::abs(verdict.ratio()) < borne_out) {
+                const double sharp = witness_sd * chain_.largest_sigma(at(k), judged);
+                if (std::abs(verdict.residual_mm) < borne_out * sharp) now_[slot(k)] = PointState::good;
+            } else if (std::abs(verdict.ratio()) > ChainState::reject_factor) {
+                if (now_[slot(k)] == PointState::good && !is_no_part(k, verdict)) break;
+                now_[slot(k)] = PointState::bad;
+            }
+            told_ = k;
+        }
+        if (longest_run() > static_cast<std::ptrdiff_t>(longest_bad_run)) return;
+        for (std::ptrdiff_t k = 1 - judged; k <= told_; ++k) {
+            if (now_[slot(k)] == chain_.state(at(k))) continue;
+            Verdict verdict = verdicts_[slot(k)];
+            verdict.residual_mm *= static_cast<double>(way_);
+            chain_.note(at(k), now_[slot(k)], verdict);
+        }
+    }
+
+  private:
+    std::ptrdiff_t at(std::ptrdiff_t k) const { return last_ + way_ * k; }
+    static std::size_t slot(std::ptrdiff_t k) { return static_cast<std::size_t>(k + judged - 1); }
+    PointState state(std::ptrdiff_t k) const { return k > -judged && k <= 0 ? now_[slot(k)] : chain_.state(at(k)); }
+
+    /// Of point k by the good ones of the side before point `before`.
+    Verdict said_of(std::ptrdiff_t k, std::ptrdiff_t before) const {
+        std::array<Vec2, most_witnesses> side;
+        std::size_t count = 0;
+        for (std::ptrdiff_t i = before - 1; i > before - farthest_witness && count < side.size(); --i)
+            if (state(i) == PointState::good) side[count++] = chain_.point(at(i));
+        return judge_beyond(std::span(side).first(count), chain_.point(at(k)), chain_.largest_sigma(at(k), judged));
+    }
+
+    /// Off the side outwards lies no edge, and one that has begun to turn inwards by there goes on doing so: by twice
+    /// that in as long a way.
+    bool is_no_part(std::ptrdiff_t k, const Verdict& verdict) const {
+        if (verdict.residual_mm * outward_ > 0.0) return true;
+        std::ptrdiff_t beyond = 1;
+        while (beyond <= near_edge && chain_.state(at(beyond)) != PointState::good)
+            ++beyond;
+        if (beyond > near_edge) return false;
+        const Verdict of_edge = said_of(beyond, k);
+        if (!of_edge.resolved) return false;
+        const double way = (chain_.point(at(beyond)) - chain_.point(at(k))).norm();
+        const double off = std::abs(verdict.residual_mm) * (1.0 + way / side_step_);
+        return -of_edge.residual_mm * outward_ + borne_out * of_edge.sd_mm < off;
+    }
+
+    std::ptrdiff_t longest_run() const {
+        std::ptrdiff_t longest = 0, run = 0;
+        for (std::ptrdiff_t k = 1 - judged; k <= near_edge; ++k) {
+            const bool bad = k <= told_ ? now_[slot(k)] == PointState::bad : chain_.state(at(k)) == PointState::bad;
+            run = bad ? run + 1 : 0;
+            longest = std::max(longest, run);
+        }
+        return longest;
+    }
+
+    ChainState& chain_;
+    std::ptrdiff_t last_, way_;
+    double side_step_, outward_ = 1.0;
+    std::ptrdiff_t told_ = -judged;  // the last that the side tells anything of
+    std::array<PointState, judged> now_{};
+    std::array<Verdict, judged> verdicts_{};
+};
+
+}  // namespace
+
+void judge_side_ends(ChainState& chain) {
+    if (chain.size() < fewest_points) return;
+    const Steps steps(chain);
+    for (const std::ptrdiff_t way : {1, -1})
+        for (std::ptrdiff_t i = 0; i < chain.size(); ++i)
+            if (steps.side_ends_at(i, way) && !steps.side_ends_at(i + way, way))
+                SideEnd(chain, i, way, steps.of_side(i, way)).judge();
+}
+
+}  // namespace cmm::fitting
