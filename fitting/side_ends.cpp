@@ -72,63 +72,102 @@ class SideEnd {
                                        chain_.point(at(2 * deep)) - chain_.point(at(deep)));
         if (std::abs(turn) < least_turn_rad) return;
         outward_ = turn > 0.0 ? 1.0 : -1.0;
-        for (std::ptrdiff_t k = 1 - judged; k <= 0; ++k) {
-            now_[slot(k)] = chain_.state(at(k));
-            verdicts_[slot(k)] = said_of(k, k);
-            const Verdict& verdict = verdicts_[slot(k)];
-            if (!verdict.resolved) break;
-            if (std::abs(verdict.ratio()) < borne_out) {
-                const double sharp = witness_sd * chain_.largest_sigma(at(k), judged);
-                if (std::abs(verdict.residual_mm) < borne_out * sharp) now_[slot(k)] = PointState::good;
-            } else if (std::abs(verdict.ratio()) > ChainState::reject_factor) {
-                if (now_[slot(k)] == PointState::good && !is_no_part(k, verdict)) break;
-                now_[slot(k)] = PointState::bad;
-            }
-            told_ = k;
+        Hearing hearing = hear(true);
+        if (hearing.any_doubtful) {
+            const Hearing other = hear(false);
+            if (other.unexplained() < hearing.unexplained()) hearing = other;
         }
-        if (longest_run() > static_cast<std::ptrdiff_t>(longest_bad_run)) return;
-        for (std::ptrdiff_t k = 1 - judged; k <= told_; ++k) {
-            if (now_[slot(k)] == chain_.state(at(k))) continue;
-            Verdict verdict = verdicts_[slot(k)];
+        if (longest_run(hearing) > static_cast<std::ptrdiff_t>(longest_bad_run)) return;
+        for (std::ptrdiff_t k = 1 - judged; k <= hearing.told; ++k) {
+            const Word& word = hearing.of(k);
+            if (word.state == chain_.state(at(k))) continue;
+            Verdict verdict = word.verdict;
             verdict.residual_mm *= static_cast<double>(way_);
-            chain_.note(at(k), now_[slot(k)], verdict);
+            chain_.note(at(k), word.state, verdict);
         }
     }
 
   private:
+    /// What the side says of a point.
+    struct Word {
+        PointState state = PointState::good;
+        bool doubtful = false;
+        Verdict verdict;
+    };
+    struct Hearing {
+        std::array<Word, judged> words{};
+        std::ptrdiff_t told = -judged;  ///< the last that the side tells anything of
+        bool doubtful_heard = true, any_doubtful = false;
+
+        Word& of(std::ptrdiff_t k) { return words[static_cast<std::size_t>(k + judged - 1)]; }
+        const Word& of(std::ptrdiff_t k) const { return words[static_cast<std::size_t>(k + judged - 1)]; }
+        std::ptrdiff_t unexplained() const {
+            std::ptrdiff_t count = -told;
+            for (std::ptrdiff_t k = 1 - judged; k <= told; ++k)
+                count += of(k).doubtful || of(k).state == PointState::bad ? 1 : 0;
+            return count;
+        }
+    };
+
     std::ptrdiff_t at(std::ptrdiff_t k) const { return last_ + way_ * k; }
-    static std::size_t slot(std::ptrdiff_t k) { return static_cast<std::size_t>(k + judged - 1); }
-    PointState state(std::ptrdiff_t k) const { return k > -judged && k <= 0 ? now_[slot(k)] : chain_.state(at(k)); }
+    double sigma_mm(std::ptrdiff_t k) const { return chain_.largest_sigma(at(k), judged); }
+
+    /// From within to the edge.
+    Hearing hear(bool doubtful_heard) const {
+        Hearing hearing;
+        hearing.doubtful_heard = doubtful_heard;
+        for (std::ptrdiff_t k = 1 - judged; k <= 0; ++k) {
+            Word word{chain_.state(at(k)), false, said_of(k, k, hearing)};
+            if (!word.verdict.resolved) break;
+            const double off = std::abs(word.verdict.ratio());
+            if (off > ChainState::reject_factor) {
+                if (word.state == PointState::good && !is_no_part(k, word.verdict, hearing)) break;
+                word.state = PointState::bad;
+            } else if (off >= borne_out) {
+                word.doubtful = hearing.any_doubtful = true;
+            } else if (std::abs(word.verdict.residual_mm) < borne_out * witness_sd * sigma_mm(k)) {
+                word.state = PointState::good;
+            }
+            hearing.of(k) = word;
+            hearing.told = k;
+        }
+        return hearing;
+    }
 
     /// Of point k by the good ones of the side before point `before`.
-    Verdict said_of(std::ptrdiff_t k, std::ptrdiff_t before) const {
+    Verdict said_of(std::ptrdiff_t k, std::ptrdiff_t before, const Hearing& hearing) const {
+        const auto is_heard = [&](std::ptrdiff_t i) {
+            if (i <= -judged) return chain_.state(at(i)) == PointState::good;
+            return hearing.of(i).state == PointState::good && (hearing.doubtful_heard || !hearing.of(i).doubtful);
+        };
         std::array<Vec2, most_witnesses> side;
         std::size_t count = 0;
         for (std::ptrdiff_t i = before - 1; i > before - farthest_witness && count < side.size(); --i)
-            if (state(i) == PointState::good) side[count++] = chain_.point(at(i));
-        return judge_beyond(std::span(side).first(count), chain_.point(at(k)), chain_.largest_sigma(at(k), judged));
+            if (is_heard(i)) side[count++] = chain_.point(at(i));
+        return judge_beyond(std::span(side).first(count), chain_.point(at(k)), sigma_mm(k));
     }
 
     /// Off the side outwards lies no edge, and one that has begun to turn inwards by there goes on doing so: by twice
     /// that in as long a way.
-    bool is_no_part(std::ptrdiff_t k, const Verdict& verdict) const {
+    bool is_no_part(std::ptrdiff_t k, const Verdict& verdict, const Hearing& hearing) const {
         if (verdict.residual_mm * outward_ > 0.0) return true;
         std::ptrdiff_t beyond = 1;
         while (beyond <= near_edge && chain_.state(at(beyond)) != PointState::good)
             ++beyond;
         if (beyond > near_edge) return false;
-        const Verdict of_edge = said_of(beyond, k);
+        const Verdict of_edge = said_of(beyond, k, hearing);
         if (!of_edge.resolved) return false;
         const double way = (chain_.point(at(beyond)) - chain_.point(at(k))).norm();
         const double off = std::abs(verdict.residual_mm) * (1.0 + way / side_step_);
         return -of_edge.residual_mm * outward_ + borne_out * of_edge.sd_mm < off;
     }
 
-    std::ptrdiff_t longest_run() const {
+    /// Of bad points, when the side is believed.
+    std::ptrdiff_t longest_run(const Hearing& hearing) const {
         std::ptrdiff_t longest = 0, run = 0;
         for (std::ptrdiff_t k = 1 - judged; k <= near_edge; ++k) {
-            const bool bad = k <= told_ ? now_[slot(k)] == PointState::bad : chain_.state(at(k)) == PointState::bad;
-            run = bad ? run + 1 : 0;
+            const PointState state = k <= hearing.told ? hearing.of(k).state : chain_.state(at(k));
+            run = state == PointState::bad ? run + 1 : 0;
             longest = std::max(longest, run);
         }
         return longest;
@@ -137,9 +176,6 @@ class SideEnd {
     ChainState& chain_;
     std::ptrdiff_t last_, way_;
     double side_step_, outward_ = 1.0;
-    std::ptrdiff_t told_ = -judged;  // the last that the side tells anything of
-    std::array<PointState, judged> now_{};
-    std::array<Verdict, judged> verdicts_{};
 };
 
 }  // namespace
