@@ -13,15 +13,15 @@ namespace {
 constexpr std::ptrdiff_t judged = 7;  // last points of a side
 constexpr std::ptrdiff_t fewest_witnesses = 8;
 constexpr std::size_t most_witnesses = 16;
-constexpr std::ptrdiff_t farthest_witness = 32;  // points away
-constexpr std::ptrdiff_t fewest_points = 64;     // of a chain that has sides and edges
-constexpr double least_step_ratio = 2.5;         // of a side's steps to an edge's
-constexpr double least_share = 0.35;             // of a side's step: the one to its last point
-constexpr std::ptrdiff_t near_edge = 3;          // points of the edge, of which the first good one is looked at
-constexpr std::ptrdiff_t deep = 6;  // points of the edge to where its direction is taken, and on from there
+constexpr std::ptrdiff_t farthest_witness = 32;     // points away
+constexpr std::ptrdiff_t fewest_chain_points = 64;  // of a chain that has sides and edges
+constexpr double least_step_ratio = 2.5;            // of a side's steps to an edge's
+constexpr double last_step_share = 0.35;            // of a side's step: the one to its last point
+constexpr std::ptrdiff_t near_edge = 3;             // points of the edge, of which the first good one is looked at
+constexpr std::ptrdiff_t deep = 6, deepest = 96;    // points of the edge, to where the way has turned
 constexpr double least_turn_rad = 0.2;
-constexpr double borne_out = 3.0;   // standard deviations of a prediction
-constexpr double witness_sd = 2.0;  // in sigmas: of a prediction that frees a point
+constexpr double agreeing = 3.0;    // standard deviations of a prediction
+constexpr double freeing_sd = 2.0;  // in sigmas: of a prediction that frees a point
 
 /// How far it is from each point to the next.
 class Steps {
@@ -39,7 +39,7 @@ class Steps {
         // Among three of five is one that is as large as the median, and one as small.
         if (std::max({at(-1), at(-2), at(-3)}) <= least_step_ratio * std::min({at(1), at(2), at(3)})) return false;
         const double of_edge = median({at(1), at(2), at(3), at(4), at(5)}), sparse = of_side(last, way);
-        return sparse > least_step_ratio * of_edge && at(-1) > least_share * sparse;
+        return sparse > least_step_ratio * of_edge && at(-1) > last_step_share * sparse;
     }
     double of_side(std::ptrdiff_t last, std::ptrdiff_t way) const {
         const auto at = [&](std::ptrdiff_t k) { return step(last, way, k); };
@@ -68,10 +68,7 @@ class SideEnd {
         : chain_(chain), last_(last), way_(way), side_step_(side_step_mm) {}
 
     void judge() {
-        const double turn = turn_angle(chain_.point(last_) - chain_.point(at(-judged)),
-                                       chain_.point(at(2 * deep)) - chain_.point(at(deep)));
-        if (std::abs(turn) < least_turn_rad) return;
-        outward_ = turn > 0.0 ? 1.0 : -1.0;
+        if (!look_outward()) return;
         Hearing hearing = hear(true);
         if (hearing.any_doubtful) {
             const Hearing other = hear(false);
@@ -112,6 +109,21 @@ class SideEnd {
     std::ptrdiff_t at(std::ptrdiff_t k) const { return last_ + way_ * k; }
     double sigma_mm(std::ptrdiff_t k) const { return chain_.largest_sigma(at(k), judged); }
 
+    /// The way turns inwards at an edge. False where it hardly turns: there is none.
+    bool look_outward() {
+        const Vec2 along = chain_.point(last_) - chain_.point(at(-judged));
+        for (std::ptrdiff_t far = 2 * deep; far <= deepest && far < chain_.size() / 4; far *= 2) {
+            std::ptrdiff_t k = far;
+            while (k < far + deep && chain_.exists(at(k)) && chain_.state(at(k)) != PointState::good)
+                ++k;
+            if (!chain_.exists(at(k))) return false;
+            const double turn = turn_angle(along, chain_.point(at(k)) - chain_.point(last_));
+            outward_ = turn > 0.0 ? 1.0 : -1.0;
+            if (std::abs(turn) > least_turn_rad) return true;
+        }
+        return false;
+    }
+
     /// From within to the edge.
     Hearing hear(bool doubtful_heard) const {
         Hearing hearing;
@@ -123,9 +135,9 @@ class SideEnd {
             if (off > ChainState::reject_factor) {
                 if (word.state == PointState::good && !is_no_part(k, word.verdict, hearing)) break;
                 word.state = PointState::bad;
-            } else if (off >= borne_out) {
+            } else if (off >= agreeing) {
                 word.doubtful = hearing.any_doubtful = true;
-            } else if (std::abs(word.verdict.residual_mm) < borne_out * witness_sd * sigma_mm(k)) {
+            } else if (std::abs(word.verdict.residual_mm) < agreeing * freeing_sd * sigma_mm(k)) {
                 word.state = PointState::good;
             }
             hearing.of(k) = word;
@@ -143,7 +155,7 @@ class SideEnd {
         std::array<Vec2, most_witnesses> side;
         std::size_t count = 0;
         for (std::ptrdiff_t i = before - 1; i > before - farthest_witness && count < side.size(); --i)
-            if (is_heard(i)) side[count++] = chain_.point(at(i));
+            if (chain_.exists(at(i)) && is_heard(i)) side[count++] = chain_.point(at(i));
         return judge_beyond(std::span(side).first(count), chain_.point(at(k)), sigma_mm(k));
     }
 
@@ -159,7 +171,7 @@ class SideEnd {
         if (!of_edge.resolved) return false;
         const double way = (chain_.point(at(beyond)) - chain_.point(at(k))).norm();
         const double off = std::abs(verdict.residual_mm) * (1.0 + way / side_step_);
-        return -of_edge.residual_mm * outward_ + borne_out * of_edge.sd_mm < off;
+        return -of_edge.residual_mm * outward_ + agreeing * of_edge.sd_mm < off;
     }
 
     /// Of bad points, when the side is believed.
@@ -181,7 +193,7 @@ class SideEnd {
 }  // namespace
 
 void judge_side_ends(ChainState& chain) {
-    if (chain.size() < fewest_points) return;
+    if (chain.size() < fewest_chain_points) return;
     const Steps steps(chain);
     for (const std::ptrdiff_t way : {1, -1})
         for (std::ptrdiff_t i = 0; i < chain.size(); ++i)
