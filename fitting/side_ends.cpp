@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "fitting/statistics.hpp"
+
 namespace cmm::fitting {
 namespace {
 
@@ -52,10 +54,7 @@ class Steps {
         const std::ptrdiff_t n = chain_.size(), from = way > 0 ? last + k : last - k - 1;
         return step_[static_cast<std::size_t>(from < 0 ? from + n : from < n ? from : from - n)];
     }
-    static double median(std::array<double, 5> values) {
-        std::nth_element(values.begin(), values.begin() + 2, values.end());
-        return values[2];
-    }
+    static double median(std::array<double, 5> values) { return nth_smallest(values, 2); }
 
     const ChainState& chain_;
     std::vector<double> step_;

@@ -49,13 +49,15 @@ bool is_bad(const SectionFit& fit, std::size_t i) {
     return fit.verdicts[i].reason != RejectReason::none;
 }
 
-/// Of 2 700 blades those where a single section missed some, and its contour was 25 to 114 um off.
+/// Of 2 700 blades those where a single section missed some, and its contour was 25 to 114 um off; but for one where a
+/// good point beside them is left out still.
 TEST(SideEnds, RunsThatAnEdgeExcusedAreFound) {
     for (const auto& [family, seed] :
          {std::pair{Family::fan, 108}, std::pair{Family::fan, 117}, std::pair{Family::fan, 169},
           std::pair{Family::fan, 207}, std::pair{Family::fan, 255}, std::pair{Family::fan, 423},
-          std::pair{Family::fan, 458}, std::pair{Family::fan, 646}, std::pair{Family::fan, 763},
-          std::pair{Family::turbine, 249}, std::pair{Family::turbine, 335}}) {
+          std::pair{Family::fan, 332}, std::pair{Family::fan, 458}, std::pair{Family::fan, 498},
+          std::pair{Family::fan, 646}, std::pair{Family::fan, 763}, std::pair{Family::turbine, 249},
+          std::pair{Family::turbine, 335}}) {
         const Scanned scanned(family, static_cast<std::uint64_t>(seed), 0.015);
         SCOPED_TRACE(scanned.blade.name());
         const auto fit = scanned.fit();
@@ -102,7 +104,7 @@ TEST(SideEnds, RunsOfEveryLengthAreFoundAtEveryEnd) {
         }
     EXPECT_EQ(runs, 3U * 4U * 4U * 3U * 4U);
     EXPECT_EQ(missed, 0U);
-    EXPECT_LE(lost, runs / 100);
+    EXPECT_EQ(lost, 0U);
 }
 
 }  // namespace

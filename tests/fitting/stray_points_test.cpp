@@ -18,11 +18,11 @@ StrayPoints strays_of(const FittedBlade& fitted, std::size_t k) {
     return stray_points(fitted.surface, fitted.rows.heights[k], fitted.centres[k], fitted.fits[k].verdicts);
 }
 
-/// Two and three of 20 to 33 um on an edge or beside it, which the single section takes for its form: four fans of the
-/// first 150 have so many.
+/// One to three side by side, most of 20 to 33 um, which the single section takes for its form: of the fans with any,
+/// few have more.
 TEST(StrayPoints, WhatASectionTakesForItsFormTheOthersBetray) {
     std::size_t missed = 0, found = 0;
-    for (const std::uint64_t seed : {12, 24, 63, 136}) {
+    for (const std::uint64_t seed : {12, 24, 63, 91, 136, 168}) {
         const FittedBlade fitted(families::Family::fan, seed);
         SCOPED_TRACE(fitted.blade.name());
         for (std::size_t k = 0; k < fitted.fits.size(); ++k) {
@@ -37,7 +37,7 @@ TEST(StrayPoints, WhatASectionTakesForItsFormTheOthersBetray) {
             }
         }
     }
-    EXPECT_GE(missed, 9U);
+    EXPECT_GE(missed, 12U);
     EXPECT_EQ(found, missed);
 }
 
