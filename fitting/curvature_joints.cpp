@@ -13,6 +13,7 @@ constexpr double core_share = 0.5;      // of the steepest slope
 constexpr double step_share = 0.2;      // of what the curvature changes over the steep spans
 constexpr std::size_t level_spans = 4;  // beside the end of a slope
 constexpr double level_share = 0.25;    // of the slope
+constexpr double ramp_share = 0.5;      // of what the curvature changes at the end of a slope
 constexpr double least_effect = 1.0 / 3.0;
 constexpr int iterations = 6;
 constexpr double knot_free_share = 0.35;  // of a span: free of other knots
@@ -91,11 +92,20 @@ void add_supposed_joints(std::span<const double> breaks, std::span<const double>
         ends.push_back(
             {breaks[falls ? k : k + 1], core, core, width_mm, first, last, breaks[first - 1], breaks[last + 2], true});
     }
-    for (const CurvatureJoint& end : ends) {
-        const bool near = std::any_of(joints.begin(), joints.end(), [&](const CurvatureJoint& j) {
-            return end.first_span <= j.last_span + 2 && j.first_span <= end.last_span + 2;
+    const auto near = [](const CurvatureJoint& a, const CurvatureJoint& b) {
+        return a.first_span <= b.last_span + 2 && b.first_span <= a.last_span + 2;
+    };
+    std::erase_if(joints, [&](const CurvatureJoint& ramp) {
+        return std::any_of(ends.begin(), ends.end(), [&](const CurvatureJoint& end) {
+            return near(ramp, end) && std::abs(ramp.step) < std::abs(end.step) &&
+                   ramp.step * end.step < ramp_share * end.step * end.step;
         });
-        if (near) continue;
+    });
+    std::stable_sort(ends.begin(), ends.end(), [](const CurvatureJoint& a, const CurvatureJoint& b) {
+        return std::abs(a.step) > std::abs(b.step);
+    });
+    for (const CurvatureJoint& end : ends) {
+        if (std::any_of(joints.begin(), joints.end(), [&](const CurvatureJoint& j) { return near(j, end); })) continue;
         joints.insert(std::find_if(joints.begin(), joints.end(), [&](const auto& j) { return j.t > end.t; }), end);
     }
 }

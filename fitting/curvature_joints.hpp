@@ -26,8 +26,9 @@ std::vector<CurvatureJoint> find_curvature_joints(std::span<const double> breaks
                                                   std::span<const double> length, double sigma_mm);
 
 /// Where a slope of the curvature ends at once and it is level beyond, on the side of the smaller curvature (the end of
-/// an ellipse), there may be a jump that the curve has joined with the slope. Adds such places, apart from the `joints`
-/// that there are; whether they are any, the points must tell.
+/// an ellipse), there may be a jump that the curve has joined with the slope. Adds such places, the larger first, apart
+/// from the `joints` that there are, but for those by a ramp that has less than half of such a step next to it or runs
+/// the other way: what they saw is noise on the slope. Whether the added ones are any, the points must tell.
 void add_supposed_joints(std::span<const double> breaks, std::span<const double> slope, std::span<const double> length,
                          double sigma_mm, std::vector<CurvatureJoint>& joints);
 

@@ -29,8 +29,8 @@ class Roughness {
 
     const std::vector<double>& variance() const { return variance_; }
 
-    /// Goes over to other knots: each takes what was known at the old knot that `from` names; at those of `calm` (old
-    /// knots) the roughness of the calmer of the two at either end of their run takes its place.
+    /// Goes over to other knots: each takes what was known at the old knot that `from` names. What made the runs of
+    /// `calm` (old knots) rough is gone: they and their neighbours become as calm as the curve before and behind.
     struct Run {
         std::size_t first = 0, last = 0;
     };
@@ -46,6 +46,7 @@ class Roughness {
     /// Sums over 2 w + 1 knots, cyclic, in place.
     void sum_window(std::vector<double>& values, std::size_t w);
 
+    void calm_down(const Run& run);
     void set_scale();
     void update_scale(const std::vector<double>& jump, const std::vector<double>& told);
 

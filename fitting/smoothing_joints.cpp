@@ -15,7 +15,7 @@ constexpr int most_shifts = 4;  // of the joints
 constexpr double least_joint_speed = 0.3, most_joint_turn_rad = 0.2;
 constexpr double most_curve_variance = 16.0;   // at a joint, over that of a point
 constexpr double most_control_variance = 4.0;  // over the largest of the curve without joints
-constexpr double told_square = 8.0;            // of a step that no ramp shows, over its variance
+constexpr double told_square = 8.0;            // of a step, over its variance
 constexpr double lasting_step_share = 0.2;     // of the ramp's
 constexpr double far_shift_sigmas = 2.0;       // of a joint's shift: the step of the curvature times its square
 
@@ -79,7 +79,7 @@ class Placement {
 
     bool are_known() {
         for (std::size_t j = 0; j < joints_.size(); ++j)
-            if (!is_known(j)) refuted_[j] = 1;
+            if (!is_known(j) || !is_told(j)) refuted_[j] = 1;
         refute_where_uncertain();
         return none_refuted();
     }
@@ -92,15 +92,20 @@ class Placement {
         return !(slower > least_joint_speed) || !(std::abs(turn_angle(before, behind)) < most_joint_turn_rad);
     }
 
-    /// Whether the points tell the curve there.
-    bool is_known(std::size_t j) const {
-        return system_.variance(knots_[j].first, system_.basis(knots_[j].first).at(1.0)) < most_curve_variance;
+    /// Of the curve there, against that of a point.
+    double variance_at(std::size_t j) const {
+        return system_.variance(knots_[j].first, system_.basis(knots_[j].first).at(1.0));
     }
 
-    /// Whether its step is more than what the noise makes.
+    /// Whether the points tell the curve there.
+    bool is_known(std::size_t j) const { return variance_at(j) < most_curve_variance; }
+
+    /// Whether its step is more than what the noise makes; where the curve is known less well than a point is, by as
+    /// much more: other forms bear out the same points.
     bool is_told(std::size_t j) const {
         const double t = joints_[j].t, apart = knots_[j].apart, step = step_at(j);
-        return step * step > told_square * system_.step_variance(t - apart, t + apart);
+        const double least = told_square * std::max(variance_at(j), 1.0);
+        return step * step > least * system_.step_variance(t - apart, t + apart);
     }
 
     /// One whose step has hardly anything of the ramp that it was made from is none.

@@ -10,6 +10,7 @@
 #include <numbers>
 #include <random>
 
+#include "fitting/section.hpp"
 #include "fitting/smoothing.hpp"
 #include "support/families.hpp"
 
@@ -71,6 +72,27 @@ TEST(CurvatureJoints, AreSupposedWhereASlopeEnds) {
     EXPECT_TRUE(joints.empty()) << "in the noise";
 }
 
+/// A ramp beside such an end that shows little of its step, or runs the other way, is noise on the slope.
+TEST(CurvatureJoints, AreAtTheEndOfASlopeRatherThanOnALittleRamp) {
+    const Profile ends(3.0, 0.0, 0.1, -0.5);
+    std::vector<CurvatureJoint> joints;
+    add_supposed_joints(ends.breaks, ends.slope, ends.length, 1e-5, joints);
+    ASSERT_EQ(joints.size(), 1U);
+    const CurvatureJoint end = joints[0];
+    for (const double share : {-2.0, -0.9, 0.4, 0.6, 2.0}) {
+        CurvatureJoint ramp = end;
+        ramp.supposed = false;
+        ramp.t = end.t + 0.3;
+        ramp.step = share * end.step;
+        joints = {ramp};
+        add_supposed_joints(ends.breaks, ends.slope, ends.length, 1e-5, joints);
+        ASSERT_EQ(joints.size(), 1U) << share;
+        const bool stays = share == -2.0 || share >= 0.6;
+        EXPECT_EQ(joints[0].supposed, !stays) << share;
+        EXPECT_EQ(joints[0].t, stays ? ramp.t : end.t) << share;
+    }
+}
+
 /// Of the four joints of a wide fan blade, whose edges are ellipses; and nowhere else.
 TEST(CurvatureJoints, AreFoundWhereEllipsesEnd) {
     std::size_t known = 0, all = 0, elsewhere = 0;
@@ -99,6 +121,38 @@ TEST(CurvatureJoints, AreFoundWhereEllipsesEnd) {
     std::cout << "found " << known << " of " << all << ", elsewhere " << elsewhere << "\n";
     EXPECT_GE(known, all - 4) << "6 are missed where ramps alone are looked for";
     EXPECT_LE(elsewhere, 3U);
+}
+
+/// What made the ramp of a joint is no roughness of the side beside it.
+TEST(CurvatureJoints, LeaveTheSidesAsSmoothAsTheyAre) {
+    constexpr std::size_t blades = 40;
+    double largest_um = 0.0;
+    std::size_t above = 0;
+    for (std::uint64_t k = 0; k < blades; ++k) {
+        const auto blade = families::make(families::Family::fan, 9100 + k);
+        families::ScanOptions scanning;
+        scanning.seed = k + 1;
+        scanning.sigma_mm = 1e-3;
+        scanning.bad_share = 0.0;
+        SectionOptions options;
+        options.ball_radius_mm = scanning.ball_mm;
+        options.le_hint = blade.le().nose;
+        options.te_hint = blade.te().nose;
+        const auto fit = fit_section(families::scan(blade, scanning).points, {}, options);
+        ASSERT_TRUE(fit);
+        double largest = 0.0;
+        for (const ContourPoint& p : fit->contour) {
+            const auto foot = blade.closest(p.position_mm);
+            const auto part = families::Blade::part_of(foot.t);
+            if (part == families::Part::le || part == families::Part::te) continue;
+            largest = std::max(largest, 1e3 * std::abs(foot.distance));
+        }
+        largest_um += largest / double(blades);
+        above += std::size_t(largest > 2.0);
+    }
+    std::cout << "largest " << largest_um << " um (mean), " << above << " above 2 um\n";
+    EXPECT_LT(largest_um, 1.3) << "it was 1.57";
+    EXPECT_LE(above, blades / 10) << "it was 10";
 }
 
 TEST(CurvatureJoints, GetThreeKnotsInPlaceOfTheNearest) {

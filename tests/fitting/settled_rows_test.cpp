@@ -53,7 +53,8 @@ TEST(SettledRows, HaveTheirJointsInCommon) {
     std::cout << "joints off: " << own_rms << " mm by single rows (" << own_count << " of 96), " << rms
               << " mm together, at most " << largest << "\n";
     EXPECT_LT(own_count, 96U) << "nothing to find out";
-    EXPECT_LT(rms, 0.3 * own_rms);
+    EXPECT_LT(rms, 0.5 * own_rms);
+    EXPECT_LT(rms, 2e-3);
 
     // A single row has nobody to ask.
     const auto alone = settle_rows(std::span(data.rows).first(1), rounds);
@@ -129,7 +130,7 @@ TEST(SettledRows, WhereARowLacksPointsTheOthersTellIt) {
             if (k != row) return;
             std::erase_if(points, [&](const Vec2& p) {
                 const double t = truth.closest(p).t;
-                return t > 3.002 && t < 3.02;
+                return t > 3.002 && t < 3.025;
             });
         });
         const auto settled = settle_rows(data.rows, rounds);
