@@ -87,7 +87,8 @@ void add_supposed_joints(std::span<const double> breaks, std::span<const double>
             core += slope[at(j)] * length[at(j)];
             width_mm += length[at(j)];
         }
-        if (!level || std::abs(core) * width_mm * width_mm / 24.0 < least_effect * sigma_mm) continue;
+        const double change = falls ? -core : core;  // as the slope has it
+        if (!level || change * width_mm * width_mm / 24.0 < least_effect * sigma_mm) continue;
         const std::size_t first = std::min(at(2), k), last = std::max(at(2), k);
         ends.push_back(
             {breaks[falls ? k : k + 1], core, core, width_mm, first, last, breaks[first - 1], breaks[last + 2], true});

@@ -46,8 +46,9 @@ void Roughness::reset(const std::vector<double>& variance, std::size_t window, d
 }
 
 void Roughness::carry_over(const std::vector<std::size_t>& from, const std::vector<Run>& calm) {
+    const std::vector<double> rough = log_scale_;
     for (const Run& run : calm)
-        calm_down(run);
+        calm_down(run, rough);
     std::vector<double> variance(from.size()), log_scale(from.size());
     for (std::size_t k = 0; k < from.size(); ++k) {
         std::size_t old = from[k];
@@ -65,25 +66,25 @@ void Roughness::carry_over(const std::vector<std::size_t>& from, const std::vect
 /// What made the run rough has told upon those that share a scale with it and upon their sharers, and where the points
 /// tell little that would stay. From either end down, as long as it falls, all take what it comes to; the run itself
 /// takes the calmer of the two.
-void Roughness::calm_down(const Run& run) {
-    const std::size_t n = scale_.size();
+void Roughness::calm_down(const Run& run, const std::vector<double>& rough) {
+    const std::size_t n = rough.size();
     const auto before = [n](std::size_t k) { return cyclic(k + n - 1, n); };
     const auto behind = [n](std::size_t k) { return cyclic(k + 1, n); };
-    const auto take = [&](std::size_t k, double scale) {
-        variance_[k] = std::min(variance_[k], scale);
-        log_scale_[k] = std::min(log_scale_[k], std::log(scale));
-    };
     std::size_t first = run.first, last = run.last;
-    for (std::size_t step = 0; step < 2 * window_ && scale_[before(first)] < scale_[first]; ++step)
+    for (std::size_t step = 0; step < 2 * window_ && rough[before(first)] < rough[first]; ++step)
         first = before(first);
-    for (std::size_t step = 0; step < 2 * window_ && scale_[behind(last)] < scale_[last]; ++step)
+    for (std::size_t step = 0; step < 2 * window_ && rough[behind(last)] < rough[last]; ++step)
         last = behind(last);
+    const auto take = [&](std::size_t k, double calmer) {
+        log_scale_[k] = std::min(log_scale_[k], calmer);
+        variance_[k] = std::min(variance_[k], coarse(std::exp(calmer)));
+    };
     for (std::size_t k = first; k != run.first; k = behind(k))
-        take(k, scale_[first]);
+        take(k, rough[first]);
     for (std::size_t k = last; k != run.last; k = before(k))
-        take(k, scale_[last]);
+        take(k, rough[last]);
     for (std::size_t k = run.first; k <= run.last; ++k)
-        take(k, std::min(scale_[first], scale_[last]));
+        take(k, std::min(rough[first], rough[last]));
 }
 
 void Roughness::adopt(const std::vector<double>& variance, double few) {

@@ -46,7 +46,8 @@ class Roughness {
     /// Sums over 2 w + 1 knots, cyclic, in place.
     void sum_window(std::vector<double>& values, std::size_t w);
 
-    void calm_down(const Run& run);
+    /// `rough`: the logarithms of the scales before any run was calmed.
+    void calm_down(const Run& run, const std::vector<double>& rough);
     void set_scale();
     void update_scale(const std::vector<double>& jump, const std::vector<double>& told);
 

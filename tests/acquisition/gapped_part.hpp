@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <random>
 #include <string>
@@ -29,8 +30,8 @@ inline bool round_the_te(const RecordedPoint& point, const Eigen::Vector2d&) {
 /// across the way.
 inline PartResult judged_part_without(const Missing& missing, const std::string& text,
                                       const std::vector<std::size_t>& sections, double thicken_mm = 0.0,
-                                      std::size_t count = 100, double noise_mm = 0.0) {
-    std::mt19937_64 random(1);
+                                      std::size_t count = 100, double noise_mm = 0.0, std::uint64_t seed = 1) {
+    std::mt19937_64 random(seed);
     std::normal_distribution<double> noise(0.0, 1.0);
     const LeaningPart part(text, Eigen::Vector2d::Zero(), thicken_mm);
     PartJudge judge;

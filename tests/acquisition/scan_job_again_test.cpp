@@ -16,7 +16,7 @@ constexpr double noise_mm = 0.002;
 /// A blade whose lower section swells on one side to a share of what its zone allows. What is touched depends on the
 /// place alone, so that a run that was cut off finds the same part.
 struct UntilDecidedTest : ScanJobTest {
-    double share = 0.997;
+    double share = 0.99;
     Eigen::Vector2d top_mm = Eigen::Vector2d::Zero();
     decltype(machine.contact) touched;
 
