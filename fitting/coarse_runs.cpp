@@ -108,10 +108,12 @@ class CoarseRun {
         return nth_smallest(work_, work_.size() - fewest_on_arc);
     }
 
+    /// What is plainly bent back: where points are close their noise bends the way as sharply as a bad run does.
     double of_concave_side() {
         work_.clear();
         for (auto bend = bends_.cbegin(); bend != bends_.cend(); ++bend)
-            if (bend < before(judged_beside) || bend >= behind(judged_beside)) work_.push_back(bend->curvature);
+            if (bend < before(judged_beside) || bend >= behind(judged_beside))
+                work_.push_back(bend->curvature + noise_factor * bend->sd);
         return nth_smallest(work_, fewest_bent_back - 1);
     }
 
