@@ -18,7 +18,8 @@ constexpr std::size_t sharing_knots = 3;  // to either side, that share a scale 
 constexpr double student_freedom = 1.0;
 constexpr double least_speed = 0.05;  // of the parameter, which is nearly a length; below it the curve has a cusp
 constexpr double longest_correction = 0.01;  // of a foot, of the period
-/// The most that a control weighs by a jump, in points: a system of stiffer ones would be singular to rounding.
+/// The most that a control weighs by a jump, in points: what rounding does to stiffer ones shows in the curve (1e-9
+/// mm).
 constexpr double stiffest = 3e6;
 
 }  // namespace

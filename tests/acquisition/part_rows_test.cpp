@@ -87,7 +87,7 @@ TEST(PartRows, OverAGapARowGoesAsTheOthersDo) {
             const double usual_mm = (part.sections[k].fit->le_point_mm - whole->at(k).le()).norm();
             EXPECT_GT(usual_mm, 0.1) << "what the nominal lends is off by 0.3 mm of material";
             const double off_mm = (row.le() - whole->at(k).le()).norm();
-            EXPECT_LT(off_mm, k == 0 ? 0.05 : 0.03) << k << ", " << noise;
+            EXPECT_LT(off_mm, k == 0 ? 0.05 : 0.025) << k << ", " << noise;
             squares += off_mm * off_mm / double(gapped.size() * noises);
         }
     }

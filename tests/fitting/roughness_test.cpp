@@ -19,7 +19,7 @@ std::vector<std::size_t> same_knots() {
     return from;
 }
 
-/// A ramp at knots 18 to 20 from where the logarithm of the variance falls by 2 each knot: to the side's, -20, before
+/// A ramp at knots 18 to 20 from where the logarithm of the variance falls by 2 each knot: to the side's, -9, before
 /// it, to the arc's, -8, behind; far behind it falls on.
 std::vector<double> round_a_ramp() {
     std::vector<double> variance(knots);

@@ -53,7 +53,7 @@ TEST(SettledRows, HaveTheirJointsInCommon) {
     std::cout << "joints off: " << own_rms << " mm by single rows (" << own_count << " of 96), " << rms
               << " mm together, at most " << largest << "\n";
     EXPECT_LT(own_count, 96U) << "nothing to find out";
-    EXPECT_LT(rms, 0.5 * own_rms);
+    EXPECT_LT(rms, 0.3 * own_rms);
     EXPECT_LT(rms, 2e-3);
 
     // A single row has nobody to ask.
