@@ -25,17 +25,24 @@ int draw_all(const std::filesystem::path& folder) {
         {"bad-points.svg", bad_points}, {"compensation.svg", compensation},
         {"edge-fit.svg", edge_fit},     {"live-error.svg", live_error},
         {"offset.svg", offset},         {"sample-cost.svg", sample_cost}};
+    bool complete = true;
     for (const auto& [name, draw] : pictures) {
+        const std::string picture = draw();
+        if (picture.empty()) {
+            std::fprintf(stderr, "%s: there is nothing to draw; the picture stays as it was\n", name);
+            complete = false;
+            continue;
+        }
         const auto file = folder / name;
         std::ofstream out(file, std::ios::binary);
-        out << with_style(draw());
+        out << with_style(picture);
         if (!out.flush()) {
             std::fprintf(stderr, "cannot write %s\n", file.c_str());
             return 1;
         }
         std::printf("%s\n", file.c_str());
     }
-    return 0;
+    return complete ? 0 : 1;
 }
 
 }  // namespace
