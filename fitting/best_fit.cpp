@@ -292,6 +292,7 @@ class Fitter {
                 if (const double weight = taken.weight[static_cast<Eigen::Index>(k)]; weight != 0.0)
                     fit_.slopes[taken.member][k].add(taken.index, weight);
         }
+        if (options_.objective != FitObjective::least_squares) list_distances();
         const auto method = method_of(options_.objective);
         fit_.dx = {method, fit_.motion.shift_mm.x(), {}, {}};
         fit_.dy = {method, fit_.motion.shift_mm.y(), {}, {}};
@@ -300,6 +301,17 @@ class Fitter {
         fit_.dx.slopes = fit_.slopes[0][0];
         fit_.dy.slopes = fit_.slopes[0][1];
         fit_.twist.slopes = fit_.slopes[0][2];
+    }
+
+    void list_distances() {
+        for (const Taken& taken : taken_) {
+            if (!taken.counts) continue;
+            const double unit = unit_of(taken);
+            FitDistance distance{taken.member, taken.index, taken.off_mm / unit, Eigen::Vector3d::Zero(), unit};
+            for (const auto k : free_)
+                distance.slopes[k] = taken.slopes[k] * (k == 2 ? size_mm_ : 1.0) / unit;
+            fit_.distances.push_back(distance);
+        }
     }
 
     std::span<const FitMember> members_;

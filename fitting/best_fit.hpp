@@ -43,6 +43,15 @@ struct FitMember {
     std::span<const char> use;
 };
 
+/// A distance that a min-max motion makes small, from the middle of its zone and in the unit of the objective, at that
+/// motion.
+struct FitDistance {
+    std::size_t member, point;
+    double off;
+    Eigen::Vector3d slopes;  ///< by which it shrinks with shift x, shift y and turn; 0 by what may not move
+    double unit_mm;
+};
+
 /// How the numbers of a motion (shift x, shift y, turn) answer to a contour.
 using MotionSlopes = std::array<Sensitivity, 3>;
 
@@ -57,14 +66,15 @@ struct BestFit {
     double condition = 1.0;            ///< of the free parameters, lengths in units of the section's size
     Measure dx, dy, twist;             ///< with what they depend on; of several sections without
     std::vector<MotionSlopes> slopes;  ///< by member
+    std::vector<FitDistance> distances;  ///< of the two min-max objectives alone
 };
 
 /// Closest points and a step in turn until it moves by less than 0.1 nm: for least squares that of Gauss and Newton
 /// along the normals of the nominal, each point weighing the length of contour that it stands for, so that a densely
 /// measured edge does not outweigh a side (Chen and Medioni 1992); for the two others the exact linear min-max step
 /// (chebyshev.hpp), shortened until it gets better. Points whose nearest place on the nominal faces the other way take
-/// no part; where it stands still all nearest places are sought anew, until that moves nothing. The uncertainty of a
-/// min-max motion is first order by the points that it rests on. Errors: fit_not_evaluable (fewer than 12 points, a
+/// no part; where it stands still all nearest places are sought anew, until that moves nothing. The slopes of
+/// a min-max motion are those of the points that it rests on; what its uncertainty is, datum.hpp says. Errors: fit_not_evaluable (fewer than 12 points, a
 /// motion that they do not determine, no convergence), usage (nothing may move).
 core::Result<BestFit> fit_to_nominal(const ContourGeometry& contour, const ClosedCurve& nominal,
                                      const BestFitOptions& options = {}, std::span<const char> use = {});

@@ -47,6 +47,15 @@ PlaceLoads loads_along(std::span<const ContourPoint> contour, const Sensitivity&
 ContourNoise::ContourNoise(CurveNoise free, std::vector<EdgePatch> patches, double period, double coverage)
     : free_(std::move(free)), patches_(std::move(patches)), period_(period), coverage_(coverage) {}
 
+ContourNoise::PlaceDependence ContourNoise::dependence_of(const ContourPoint& point) const {
+    for (std::size_t k = 0; k < patches_.size(); ++k) {
+        auto on = patches_[k].dependence(point.t, period_, from_contour_.apply(point.position_mm),
+                                         from_contour_.apply_to_direction(point.normal));
+        if (on) return {on->on_free, k, std::move(on->on_model)};
+    }
+    return {};
+}
+
 double ContourNoise::variance(std::span<const ContourPoint> contour, const Sensitivity& number) const {
     if (!free_) {
         double sum = 0.0;
@@ -61,24 +70,57 @@ double ContourNoise::variance(std::span<const ContourPoint> contour, const Sensi
         by_model[k] = Eigen::VectorXd::Zero(patches_[k].covariance.rows());
     for (const auto& [point, weight] : merged(number)) {
         const ContourPoint& p = contour[point];
-        double on_free = 1.0;
-        for (std::size_t k = 0; k < patches_.size(); ++k) {
-            const auto on = patches_[k].dependence(p.t, period_, from_contour_.apply(p.position_mm),
-                                                   from_contour_.apply_to_direction(p.normal));
-            if (!on) continue;
-            if (on->on_model.size() > 0) by_model[k] += weight * on->on_model;
-            on_free = on->on_free;
-            break;
-        }
-        if (on_free > 0.0) {
-            places.add_place(p.t, weight * p.scatter_share * on_free, scattered);
-            places.add_place(p.t, weight * p.kept_share * on_free, kept);
+        const PlaceDependence on = dependence_of(p);
+        if (on.on_model.size() > 0) by_model[on.patch] += weight * on.on_model;
+        if (on.on_free > 0.0) {
+            places.add_place(p.t, weight * p.scatter_share * on.on_free, scattered);
+            places.add_place(p.t, weight * p.kept_share * on.on_free, kept);
         }
     }
     double variance = free_->variance(scattered).scatter + free_->variance(kept).kept;
     for (std::size_t k = 0; k < patches_.size(); ++k)
         variance += std::max(0.0, by_model[k].dot(patches_[k].covariance * by_model[k]));
     return variance;
+}
+
+Eigen::MatrixXd ContourNoise::covariance(std::span<const ContourPoint> contour,
+                                         std::span<const std::size_t> places) const {
+    const auto m = static_cast<Eigen::Index>(places.size());
+    if (!free_) {
+        Eigen::VectorXd alike(m);
+        for (Eigen::Index k = 0; k < m; ++k)
+            alike[k] = contour[places[static_cast<std::size_t>(k)]].u95_mm / coverage_;
+        return alike * alike.transpose();
+    }
+    std::vector<PlaceDependence> on;
+    std::vector<std::vector<std::pair<std::size_t, double>>> by_control;
+    std::vector<std::vector<double>> with_controls;
+    CurveNoise::Walk walk(*free_);
+    for (const std::size_t place : places) {
+        const ContourPoint& p = contour[place];
+        on.push_back(dependence_of(p));
+        std::vector<double> slopes(free_->controls(), 0.0);
+        if (on.back().on_free > 0.0) walk.add_place(p.t, p.noise_share * on.back().on_free, slopes);
+        auto& parts = by_control.emplace_back();
+        for (std::size_t k = 0; k < slopes.size(); ++k)
+            if (slopes[k] != 0.0) parts.emplace_back(k, slopes[k]);
+        if (!parts.empty()) free_->covary(slopes);
+        with_controls.push_back(std::move(slopes));
+    }
+    Eigen::MatrixXd out(m, m);
+    for (Eigen::Index i = 0; i < m; ++i) {
+        const auto& of_i = on[static_cast<std::size_t>(i)];
+        for (Eigen::Index k = 0; k <= i; ++k) {
+            const auto& of_k = on[static_cast<std::size_t>(k)];
+            double sum = 0.0;
+            for (const auto& [control, slope] : by_control[static_cast<std::size_t>(i)])
+                sum += slope * with_controls[static_cast<std::size_t>(k)][control];
+            if (of_i.on_model.size() > 0 && of_k.on_model.size() > 0 && of_i.patch == of_k.patch)
+                sum += of_i.on_model.dot(patches_[of_i.patch].covariance * of_k.on_model);
+            out(i, k) = out(k, i) = sum;
+        }
+    }
+    return out;
 }
 
 FieldLoads ContourNoise::loads_at(const ContourPoint& point) const {

@@ -73,11 +73,21 @@ class ContourNoise {
     /// From the noise of the points alone, in the square of the number's unit. Where nothing is known, the points' own
     /// u95 fully correlated, which is never too small.
     double variance(std::span<const ContourPoint> contour, const Sensitivity& number) const;
+    /// Of the displacements of several points along their normals, from the noise of the points alone, mm^2; what
+    /// neighbouring sections took of it as a share of each. O(places x controls).
+    Eigen::MatrixXd covariance(std::span<const ContourPoint> contour, std::span<const std::size_t> places) const;
     /// With the error of the plane and with the bounds, which are added; and with the fields of errors.
     NumberUncertainty of(std::span<const ContourPoint> contour, const Sensitivity& number,
                          const BesideContour& beside = {}) const;
 
   private:
+    /// Of a point's displacement: on the model of an edge and its parameters, and on the free form.
+    struct PlaceDependence {
+        double on_free = 1.0;
+        std::size_t patch = 0;
+        Eigen::VectorXd on_model;  ///< empty: not on the patch
+    };
+    PlaceDependence dependence_of(const ContourPoint& point) const;
     void add_fields(std::span<const ContourPoint> contour, const Sensitivity& number, const FieldLoads& of_others,
                     NumberUncertainty& out) const;
 

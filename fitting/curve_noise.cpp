@@ -63,4 +63,10 @@ CurveNoise::Variance CurveNoise::variance(std::span<double> slopes) const {
     return {square * scatter, square * (sum - scatter)};
 }
 
+void CurveNoise::covary(std::span<double> slopes) const {
+    normal_->solve(slopes);
+    for (double& with_control : slopes)
+        with_control *= point_sigma_mm_ * point_sigma_mm_;
+}
+
 }  // namespace cmm::fitting

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "fitting/datum.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "fitting/drawn_motion.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -24,7 +27,11 @@ Eigen::Matrix3d covariance_by_places(const MeasuredSection& section, const Motio
 }
 
 /// Of the motion's three numbers by the points of one contour.
-Eigen::Matrix3d covariance_by(const MeasuredSection& section, const MotionSlopes& slopes) {
+struct ByPoints {
+    Eigen::Matrix3d noise = Eigen::Matrix3d::Zero(), standard = Eigen::Matrix3d::Zero();
+};
+
+ByPoints by_points(const MeasuredSection& section, const MotionSlopes& slopes) {
     const SectionFit& fit = section.fit();
     const auto variance = [&](const Sensitivity& number) { return fit.contour_noise.variance(fit.contour, number); };
     Eigen::Vector3d noise, standard;
@@ -33,7 +40,7 @@ Eigen::Matrix3d covariance_by(const MeasuredSection& section, const MotionSlopes
         noise[k] = std::sqrt(variance(number));
         standard[k] = fit.contour_noise.of(fit.contour, number).scatter;
     }
-    Eigen::Matrix3d covariance = standard.cwiseAbs2().asDiagonal();
+    Eigen::Matrix3d correlation = Eigen::Matrix3d::Identity();
     for (Eigen::Index i = 0; i < 3; ++i) {
         for (Eigen::Index k = 0; k < i; ++k) {
             if (!(noise[i] > 0.0 && noise[k] > 0.0)) continue;
@@ -41,11 +48,17 @@ Eigen::Matrix3d covariance_by(const MeasuredSection& section, const MotionSlopes
             Sensitivity sum;
             sum.add(slopes[static_cast<std::size_t>(i)], 1.0 / noise[i]);
             sum.add(slopes[static_cast<std::size_t>(k)], 1.0 / noise[k]);
-            const double correlation = std::clamp(0.5 * variance(sum) - 1.0, -1.0, 1.0);
-            covariance(i, k) = covariance(k, i) = correlation * standard[i] * standard[k];
+            correlation(i, k) = correlation(k, i) = std::clamp(0.5 * variance(sum) - 1.0, -1.0, 1.0);
         }
     }
-    return covariance;
+    return {noise.asDiagonal() * correlation * noise.asDiagonal(),
+            standard.asDiagonal() * correlation * standard.asDiagonal()};
+}
+
+/// What is positive of a symmetric matrix.
+Eigen::Matrix3d positive_part(const Eigen::Matrix3d& m) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(m);
+    return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).asDiagonal() * eigen.eigenvectors().transpose();
 }
 
 }  // namespace
@@ -90,24 +103,31 @@ void set_place_errors(std::vector<ContourPoint>& contour, const ContourNoise& no
 }
 
 std::vector<Datum> datums_of(const BestFit& fit, std::span<const MeasuredSection* const> sections) {
+    const auto drawn = draw_motions(fit, sections);
+    const auto& slopes = drawn ? drawn->slopes : fit.slopes;
     std::vector<Datum> datums(sections.size());
     Eigen::Matrix3d all = Eigen::Matrix3d::Zero(), places = Eigen::Matrix3d::Zero();
+    Eigen::Matrix3d curved = drawn ? drawn->covariance : Eigen::Matrix3d::Zero();
     MotionLoads loads = MotionLoads::Zero();
     for (std::size_t m = 0; m < sections.size(); ++m) {
         Datum& datum = datums[m];
         datum.motion = fit.motion;
-        datum.slopes = fit.slopes[m];
+        datum.slopes = slopes[m];
         // What is its own goes from the sums.
-        datum.from_others = covariance_by(*sections[m], fit.slopes[m]);
+        const ByPoints own = by_points(*sections[m], slopes[m]);
+        datum.from_others = own.standard;
+        curved -= own.noise;
         if (sections[m]->fit().contour_noise.has_fields()) {
-            const Eigen::Matrix3d own_places = covariance_by_places(*sections[m], fit.slopes[m]);
+            const Eigen::Matrix3d own_places = covariance_by_places(*sections[m], slopes[m]);
             datum.from_others += own_places;
             places += own_places;
-            datum.loads_of_others = loads_by(*sections[m], fit.slopes[m]);
+            datum.loads_of_others = loads_by(*sections[m], slopes[m]);
         }
         all += datum.from_others;
         loads += datum.loads_of_others;
     }
+    // What no slopes say belongs to no contour.
+    if (drawn) all += positive_part(curved);
     for (Datum& datum : datums) {
         datum.from_others = (all - datum.from_others).eval();
         datum.covariance = all;

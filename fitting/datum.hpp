@@ -17,7 +17,7 @@ namespace cmm::fitting {
 struct Datum {
     PlaneMotion motion;
     MotionSlopes slopes;                                    ///< by this contour's points
-    Eigen::Matrix3d from_others = Eigen::Matrix3d::Zero();  ///< independent of this contour
+    Eigen::Matrix3d from_others = Eigen::Matrix3d::Zero();  ///< not by these slopes
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();   ///< of all together, each independent of the others
     Eigen::Matrix3d places = Eigen::Matrix3d::Zero();       ///< part of it: by what the machine does place by place
     /// By what all sections have in common (error_fields.hpp): of the other contours, and of all.
@@ -40,7 +40,7 @@ double normal_uncertainty(const PlaneMotion& motion, const Eigen::Matrix3d& cova
 void set_place_errors(std::vector<ContourPoint>& contour, const ContourNoise& noise, const Datum* datum);
 
 /// One datum for each section of a fit, in its order: noise of different sections is independent, of each the bounds
-/// count as if they were standard uncertainties.
+/// count as if they were standard uncertainties. Of a min-max motion by draws (drawn_motion.hpp).
 std::vector<Datum> datums_of(const BestFit& fit, std::span<const MeasuredSection* const> sections);
 
 /// A fit as it lies in the frame from which `motion` leads to it: contour, centres and edges; the centres of the balls

@@ -59,6 +59,8 @@ class CurveNoise {
     };
     /// O(controls); `slopes` are used up.
     Variance variance(std::span<double> slopes) const;
+    /// From how a number depends on each control to its covariance with each, mm^2 times its slopes. O(controls).
+    void covary(std::span<double> slopes) const;
 
   private:
     std::size_t wrapped(std::size_t control) const { return control < controls() ? control : control - controls(); }

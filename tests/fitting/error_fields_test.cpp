@@ -7,7 +7,6 @@
 
 #include <cmath>
 #include <map>
-#include <optional>
 #include <string>
 
 #include "fitting/area_measures.hpp"
@@ -17,6 +16,7 @@
 #include "fitting/thickness_measures.hpp"
 #include "fitting/throat.hpp"
 #include "support/drawn_errors.hpp"
+#include "support/formed_nominal.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -27,12 +27,8 @@ using Eigen::Vector3d;
 constexpr double um = 1e-3;
 
 struct Subject {
-    explicit Subject(families::Family family, std::uint64_t seed) : blade(families::make(family, seed)) {
-        std::vector<Vec2> outline;
-        for (int k = 0; k < 6000; ++k)
-            outline.push_back(blade.at(4.0 * k / 6000).position);
-        nominal.emplace(ClosedCurve::through(outline).value());
-    }
+    explicit Subject(families::Family family, std::uint64_t seed)
+        : blade(families::make(family, seed)), nominal(formed::itself(blade)) {}
 
     static EdgeModel form_of(const families::End& end) {
         return end.along == end.across ? EdgeModel::arc : EdgeModel::ellipse;
@@ -55,7 +51,7 @@ struct Subject {
     }
 
     families::Blade blade;
-    std::optional<ClosedCurve> nominal;
+    ClosedCurve nominal;
 };
 
 using Measures = std::map<std::string, Measure>;
@@ -80,7 +76,7 @@ Measures measures_of(const SectionFit& fit, const Subject& subject) {
     const AreaMeasures area = measure_area(section);
     add("area", area.area);
     add("centroid x", area.centroid_x);
-    const auto moved = fit_to_nominal(section.contour(), *subject.nominal);
+    const auto moved = fit_to_nominal(section.contour(), subject.nominal);
     add("displacement x", moved->dx);
     add("displacement y", moved->dy);
     add("twist", moved->twist);
@@ -263,7 +259,7 @@ TEST(ErrorFields, WhatAnAlignmentTakesAwayDoesNotCount) {
     SectionFit fit = subject.fit({});
     MeasuredSection section(fit);
     const MeasuredSection* const only = &section;
-    const auto found = fit_to_nominal(section.contour(), *subject.nominal).value();
+    const auto found = fit_to_nominal(section.contour(), subject.nominal).value();
     const auto largest = [&](const SystematicErrors& errors, ErrorSource source) {
         fit.contour_noise.set_fields(ErrorFields(errors, 0.0));
         const Datum datum = datums_of(found, {&only, 1}).front();

@@ -17,6 +17,7 @@
 #include "fitting/thickness_measures.hpp"
 #include "fitting/throat.hpp"
 #include "support/drawn_errors.hpp"
+#include "support/formed_nominal.hpp"
 #include "support/section_truth.hpp"
 #include "support/twisted_blade.hpp"
 
@@ -52,6 +53,7 @@ constexpr double belac_rad = 0.7;
 constexpr double section_step_mm = 40.0;  // from one section of a blade to the next
 constexpr std::size_t compensated_sections = 25, judged_step = 6;
 constexpr double beyond_sections_mm = 2.0;
+constexpr double form_mm = 5e-3;  // of blades against their nominals, where it matters
 
 Truth truth_of(const families::Blade& blade) {
     const section_truth::SectionTruth t(section_truth::of_family(blade));
@@ -119,42 +121,50 @@ class Judge {
     Tallies& tallies_;
 };
 
-/// The blade itself as a nominal: displacement and twist are nought.
-ClosedCurve nominal_of(const families::Blade& blade) {
-    constexpr int points = 6000;
-    std::vector<section_truth::Vec2> outline;
-    for (int k = 0; k < points; ++k)
-        outline.push_back(blade.at(4.0 * k / points).position);
-    return ClosedCurve::through(outline).value();
+/// `itself` for all but min-max motions: these rest on single places, and which ones a form decides that no noise hides.
+struct Nominals {
+    ClosedCurve itself;
+    formed::Nominal formed;
+
+    Nominals(const families::Blade& blade, std::uint64_t seed)
+        : itself(formed::itself(blade)), formed(formed::of_other_form(blade, form_mm, seed)) {}
+};
+
+void judge_min_max(const MeasuredSection& section, const ClosedCurve& nominal, const PlaneMotion& truth,
+                   const std::string& of, Tallies& tallies) {
+    BestFitOptions min_max;
+    min_max.objective = FitObjective::min_max;
+    const auto moved = fit_to_nominal(section.contour(), nominal, min_max);
+    if (!moved) {
+        ++tallies["min-max rotation" + of].refused;
+        return;
+    }
+    const MeasuredSection* const only = &section;
+    const Datum datum = datums_of(*moved, {&only, 1}).front();
+    const Eigen::Matrix3d covariance = datum.covariance + covariance_of(datum.loads);
+    const auto one = [&](const std::string& name, double error, Eigen::Index k) {
+        const double standard = std::sqrt(covariance(k, k));
+        count(tallies[name + of], error, standard, 2.0 * standard);
+    };
+    const Vec2 shift = moved->motion.shift_mm - truth.shift_mm;
+    one("min-max shift x", shift.x(), 0);
+    one("min-max shift y", shift.y(), 1);
+    one("min-max rotation", moved->motion.turn_rad - truth.turn_rad, 2);
 }
 
-void judge(const families::Blade& blade, const ClosedCurve& nominal, const Truth& truth, const SectionFit& fit,
+void judge(const families::Blade& blade, const Nominals& nominals, const Truth& truth, const SectionFit& fit,
            Tallies& tallies) {
     MeasuredSection section(fit);
     Judge say(section, tallies);
-    if (const auto moved = fit_to_nominal(section.contour(), nominal)) {
+    if (const auto moved = fit_to_nominal(section.contour(), nominals.itself)) {
         say("displacement x", moved->dx, 0.0);
         say("displacement y", moved->dy, 0.0);
         say("twist", moved->twist, 0.0, true);
     } else {
         ++tallies["twist"].refused;
     }
-    BestFitOptions min_max;
-    min_max.objective = FitObjective::min_max;
-    if (const auto moved = fit_to_nominal(section.contour(), nominal, min_max)) {
-        const MeasuredSection* const only = &section;
-        const Datum datum = datums_of(*moved, {&only, 1}).front();
-        const Eigen::Matrix3d covariance = datum.covariance + covariance_of(datum.loads);
-        const auto one = [&](const std::string& name, double value, Eigen::Index k) {
-            const double standard = std::sqrt(covariance(k, k));
-            count(tallies[name], value, standard, 2.0 * standard);
-        };
-        one("min-max shift x", moved->motion.shift_mm.x(), 0);
-        one("min-max shift y", moved->motion.shift_mm.y(), 1);
-        one("min-max rotation", moved->motion.turn_rad, 2);
-    } else {
-        ++tallies["min-max rotation"].refused;
-    }
+    judge_min_max(section, nominals.formed.curve, nominals.formed.min_max, "", tallies);
+    judge_min_max(section, nominals.itself, {}, " without form", tallies);
     say("chord NOSETAIL", measure_chord(section, ChordMethod::nose_tail), truth.nose_tail);
     say("chord CALIPER", measure_chord(section, ChordMethod::caliper), truth.caliper);
     say("chord BELAC", measure_chord(section, ChordMethod::belac, belac_rad), truth.belac);
@@ -248,7 +258,8 @@ void judge_blade(const ClosedCurve& nominal, const std::vector<SectionFit>& fits
     }
 }
 
-void judge_compensated(const families::TwistedBlade& blade, const families::ScanOptions& scanning, Compensated& out) {
+void judge_compensated(const families::TwistedBlade& blade, std::uint64_t seed,
+                       const families::ScanOptions& scanning, Compensated& out) {
     const auto scanned = families::scan_rows(blade, compensated_sections, beyond_sections_mm,
                                              blade.height() - beyond_sections_mm, scanning);
     SectionOptions options;
@@ -276,7 +287,7 @@ void judge_compensated(const families::TwistedBlade& blade, const families::Scan
         const auto section = fitted && flat[k] ? compensate_section(surface, scanned.heights[k], *flat[k], options)
                                                : core::fail(core::ErrorCode::fit_not_evaluable, "no surface");
         if (section)
-            judge(outline, nominal_of(outline), truth_of(outline), section->fit, tallies);
+            judge(outline, Nominals(outline, seed), truth_of(outline), section->fit, tallies);
         else
             ++tallies["section"].refused;
     }
@@ -289,7 +300,7 @@ std::vector<Tallies> run(const Task& task) {
     for (std::uint64_t seed = task.first_seed; seed < task.first_seed + task.blades; ++seed) {
         const families::Blade blade = families::make(task.family, seed);
         const Truth truth = truth_of(blade);
-        const ClosedCurve nominal = nominal_of(blade);
+        const Nominals nominals(blade, seed);
         core::Rng machines = core::Rng::keyed(seed, 0xE0, static_cast<std::uint64_t>(task.family));
         for (std::size_t k = 0; k < task.sigmas_mm.size(); ++k) {
             families::ScanOptions scanning;
@@ -314,7 +325,7 @@ std::vector<Tallies> run(const Task& task) {
                 ++tallies[k]["section"].refused;
                 continue;
             }
-            judge(blade, nominal, truth, *fit, tallies[k]);
+            judge(blade, nominals, truth, *fit, tallies[k]);
             std::vector<SectionFit> sections{*fit};
             for (std::uint64_t other = 1; other < task.sections; ++other) {
                 scanning.seed += 1000003;
@@ -322,7 +333,7 @@ std::vector<Tallies> run(const Task& task) {
                 if (auto beside = measured_at(section_step_mm * static_cast<double>(other)))
                     sections.push_back(std::move(*beside));
             }
-            if (sections.size() > 1) judge_blade(nominal, sections, tallies[k]);
+            if (sections.size() > 1) judge_blade(nominals.itself, sections, tallies[k]);
         }
     }
     return tallies;
@@ -337,7 +348,7 @@ std::vector<Compensated> run_compensated(const Task& task) {
             scanning.sigma_mm = task.sigmas_mm[k];
             scanning.bad_share = task.bad_share;
             scanning.seed = 7919 * seed + k;
-            judge_compensated(blade, scanning, tallies[k]);
+            judge_compensated(blade, seed, scanning, tallies[k]);
         }
     }
     return tallies;
