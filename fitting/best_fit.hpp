@@ -63,9 +63,9 @@ struct BestFit {
     double rms_mm = 0.0;      ///< of the distances from the middles that are left, by arc length
     double largest_mm = 0.0;  ///< of them
     int rounds = 0;
-    double condition = 1.0;            ///< of the free parameters, lengths in units of the section's size
-    Measure dx, dy, twist;             ///< with what they depend on; of several sections without
-    std::vector<MotionSlopes> slopes;  ///< by member
+    double condition = 1.0;              ///< of the free parameters, lengths in units of the section's size
+    Measure dx, dy, twist;               ///< with what they depend on; of several sections without
+    std::vector<MotionSlopes> slopes;    ///< by member
     std::vector<FitDistance> distances;  ///< of the two min-max objectives alone
 };
 
@@ -74,8 +74,9 @@ struct BestFit {
 /// measured edge does not outweigh a side (Chen and Medioni 1992); for the two others the exact linear min-max step
 /// (chebyshev.hpp), shortened until it gets better. Points whose nearest place on the nominal faces the other way take
 /// no part; where it stands still all nearest places are sought anew, until that moves nothing. The slopes of
-/// a min-max motion are those of the points that it rests on; what its uncertainty is, datum.hpp says. Errors: fit_not_evaluable (fewer than 12 points, a
-/// motion that they do not determine, no convergence), usage (nothing may move).
+/// a min-max motion are those of the points that it rests on; what its uncertainty is, datum.hpp says. Errors:
+/// fit_not_evaluable (fewer than 12 points, a motion that they do not determine, no convergence), usage (nothing may
+/// move).
 core::Result<BestFit> fit_to_nominal(const ContourGeometry& contour, const ClosedCurve& nominal,
                                      const BestFitOptions& options = {}, std::span<const char> use = {});
 /// All sections by one motion; a section weighs its length.

@@ -54,15 +54,13 @@ std::vector<Candidates> candidates_of(const BestFit& fit, std::span<const Measur
     }
     std::vector<Candidates> out(sections.size());
     for (const FitDistance& d : fit.distances)
-        if (std::abs(d.off) + 0.5 * reach * (in_unit(d) + of_largest) >= largest)
-            out[d.member].distances.push_back(&d);
+        if (std::abs(d.off) + 0.5 * reach * (in_unit(d) + of_largest) >= largest) out[d.member].distances.push_back(&d);
     for (std::size_t m = 0; m < out.size(); ++m) {
         auto& taken = out[m].distances;
         const std::size_t stride = (taken.size() + most_places - 1) / most_places;
         std::size_t count = 0;
-        std::erase_if(taken, [&](const FitDistance* d) {
-            return count++ % stride != 0 && !rests_on(fit.slopes[m], d->point);
-        });
+        std::erase_if(
+            taken, [&](const FitDistance* d) { return count++ % stride != 0 && !rests_on(fit.slopes[m], d->point); });
         std::vector<std::size_t> places;
         for (const FitDistance* d : taken)
             places.push_back(d->point);
@@ -161,7 +159,8 @@ class Answers {
     double covariance(std::size_t one, std::size_t other) const {
         const Place &a = places_[one], &b = places_[other];
         if (a.member != b.member) return 0.0;
-        return problem_.of_member[a.member].covariance(static_cast<Eigen::Index>(a.at), static_cast<Eigen::Index>(b.at)) /
+        return problem_.of_member[a.member].covariance(static_cast<Eigen::Index>(a.at),
+                                                       static_cast<Eigen::Index>(b.at)) /
                (distance_of(a).unit_mm * distance_of(b).unit_mm);
     }
 

@@ -21,9 +21,9 @@ struct DrawnMotion {
 
 /// The parametric bootstrap (Efron and Tibshirani 1993, section 6.5): the motion for 100 draws of the contours' errors
 /// from their covariance, each the exact min-max step (chebyshev.hpp) by the distances that come near the largest. The
-/// mean of the draws' slopes is the covariance of motion and errors divided by that of the errors (Stein 1981); those of
-/// two places side by side, by which the motion would err three times as much as it does, are left out of it. The same
-/// numbers each time. Nothing where the fit is no min-max one or its distances do not determine it.
+/// mean of the draws' slopes is the covariance of motion and errors divided by that of the errors (Stein 1981); those
+/// of two places side by side, by which the motion would err three times as much as it does, are left out of it. The
+/// same numbers each time. Nothing where the fit is no min-max one or its distances do not determine it.
 std::optional<DrawnMotion> draw_motions(const BestFit& fit, std::span<const MeasuredSection* const> sections);
 
 }  // namespace cmm::fitting

@@ -101,7 +101,8 @@ std::string edge_fit() {
             edge->smooth.curve.jet(edge->smooth.curve.wrap(edge->smooth.parameter[i])).right_normal();
         const double angle = turned_deg(edge->nose_normal, normal);
         if (std::abs(angle) > shown_deg || (edge->scan[i] - centre).norm() > 10.0) continue;
-        off_arc.push_back(frame.px({angle, um_from_mm((edge->scan[i] - centre).norm() - edge->le.radius_mm - ball_mm)}));
+        off_arc.push_back(
+            frame.px({angle, um_from_mm((edge->scan[i] - centre).norm() - edge->le.radius_mm - ball_mm)}));
         off_free.push_back(frame.px({angle, um_from_mm(edge->smooth.residual[i])}));
     }
     picture.clip(frame.corner(), frame.size());

@@ -73,7 +73,8 @@ TEST(DrawnMotion, UncertaintiesAreAlikeFromScanToScan) {
         const MeasuredSection* const only = &subject.section;
         const double share = 1.0 / subject.fit.centres.curve.sigma_mm;
         drawn.push_back(share * std::sqrt(datums_of(found, {&only, 1}).front().covariance(0, 0)));
-        by_four.push_back(share * std::sqrt(subject.fit.contour_noise.variance(subject.fit.contour, found.slopes[0][0])));
+        by_four.push_back(share *
+                          std::sqrt(subject.fit.contour_noise.variance(subject.fit.contour, found.slopes[0][0])));
     }
     const auto most_to_median = [](std::vector<double>& values) {
         std::sort(values.begin(), values.end());

@@ -121,7 +121,8 @@ class Judge {
     Tallies& tallies_;
 };
 
-/// `itself` for all but min-max motions: these rest on single places, and which ones a form decides that no noise hides.
+/// `itself` for all but min-max motions: these rest on single places, and which ones a form decides that no noise
+/// hides.
 struct Nominals {
     ClosedCurve itself;
     formed::Nominal formed;
@@ -258,8 +259,8 @@ void judge_blade(const ClosedCurve& nominal, const std::vector<SectionFit>& fits
     }
 }
 
-void judge_compensated(const families::TwistedBlade& blade, std::uint64_t seed,
-                       const families::ScanOptions& scanning, Compensated& out) {
+void judge_compensated(const families::TwistedBlade& blade, std::uint64_t seed, const families::ScanOptions& scanning,
+                       Compensated& out) {
     const auto scanned = families::scan_rows(blade, compensated_sections, beyond_sections_mm,
                                              blade.height() - beyond_sections_mm, scanning);
     SectionOptions options;
