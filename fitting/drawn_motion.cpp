@@ -15,7 +15,7 @@ namespace {
 
 constexpr int draws = 100;                // tell a standard deviation to 7 %
 constexpr double steepest = 3.0;          // slopes by which a motion errs so many times as it does say nothing of it
-constexpr double reach = 10.0;            // standard uncertainties: what lacks more does not become the largest
+constexpr double lacking_sigmas = 10.0;   // standard uncertainties: what lacks more does not become the largest
 constexpr std::size_t most_places = 160;  // of a section: its noise has some hundred free numbers
 constexpr std::uint64_t seed = 0xD4A3;
 
@@ -54,7 +54,8 @@ std::vector<Candidates> candidates_of(const BestFit& fit, std::span<const Measur
     }
     std::vector<Candidates> out(sections.size());
     for (const FitDistance& d : fit.distances)
-        if (std::abs(d.off) + 0.5 * reach * (in_unit(d) + of_largest) >= largest) out[d.member].distances.push_back(&d);
+        if (std::abs(d.off) + 0.5 * lacking_sigmas * (in_unit(d) + of_largest) >= largest)
+            out[d.member].distances.push_back(&d);
     for (std::size_t m = 0; m < out.size(); ++m) {
         auto& taken = out[m].distances;
         const std::size_t stride = (taken.size() + most_places - 1) / most_places;
