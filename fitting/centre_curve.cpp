@@ -10,7 +10,9 @@
 
 #include "core/text.hpp"
 #include "fitting/closest_point.hpp"
+#include "fitting/conic_joints.hpp"
 #include "fitting/cyclic.hpp"
+#include "fitting/edge_fit.hpp"
 #include "fitting/gaps.hpp"
 #include "fitting/ordering.hpp"
 #include "fitting/outliers.hpp"
@@ -50,6 +52,7 @@ class CentreFitter {
     core::Result<CentreCurve> run() {
         if (auto status = order(); !status) return tl::unexpected(status.error());
         if (auto status = fit_curve(); !status) return tl::unexpected(status.error());
+        place_joints_by_edges();
         write_verdicts();
         fit_.smooth = std::move(smooth_);
         fit_.good = std::move(good_);
@@ -151,6 +154,15 @@ class CentreFitter {
             if (!revised && !survived && !trimmed) break;
         }
         return {};
+    }
+
+    /// The edges as a whole know where their joints are, better than the curve: then it is smoothed once more.
+    void place_joints_by_edges() {
+        if (smooth_.sigma_mm < least_noise_mm || !find_gaps(good_, options_).empty()) return;
+        const auto told = joints_by_conics(smooth_, good_, options_.ball_radius_mm);
+        if (told.empty()) return;
+        auto placed = smooth_with_told_joints(good_, told);
+        if (placed && placed->joints.size() >= smooth_.joints.size()) smooth_ = std::move(*placed);
     }
 
     /// Beside a gap a bad point has no neighbours beyond, and the curve may follow it: where it does so badly, the

@@ -16,6 +16,7 @@ struct CurvatureJoint {
     std::size_t first_span = 0, last_span = 0;  ///< that the ramp covers
     double from_t = 0.0, to_t = 0.0;            ///< the same by parameter: joints stay apart from each other
     bool supposed = false;                      ///< no ramp shows it
+    double told_sigma_mm = 0.0;                 ///< its place is told, with this standard deviation; 0: it is not
 };
 
 /// Finds the ramps of a cubic spline's curvature that stand for jumps: one to four spans over which it changes at once,

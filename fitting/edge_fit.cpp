@@ -24,7 +24,6 @@ constexpr double roughly_circular = 0.05;     // rms over radius above which a r
 constexpr double circular_mm = 0.5e-3;        // deviation from a circle that needs no noise to excuse it
 constexpr double whole_turn = 2.0 * std::numbers::pi;
 constexpr double strong_evidence = 6.0;  // Kass and Raftery 1995: what replaces the free form must be surer than a name
-constexpr double least_noise_mm = 1e-4;  // below it the free form is as near to the points as any model
 
 double u95(const ModelTrial& trial, const Eigen::VectorXd& slopes) {
     return coverage_95(trial.noise.freedom) * std::sqrt(std::max(0.0, slopes.dot(trial.covariance * slopes)));

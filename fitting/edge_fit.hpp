@@ -15,6 +15,8 @@
 
 namespace cmm::fitting {
 
+/// Below it the free form is as near to the points as any model.
+inline constexpr double least_noise_mm = 1e-4;
 /// Middle part of an edge zone's points that gives a mean circle.
 inline constexpr double mean_circle_share = 0.7;
 

@@ -12,6 +12,7 @@
 #include "fitting/smoothing_joints.hpp"
 #include "fitting/smoothing_system.hpp"
 #include "fitting/statistics.hpp"
+#include "fitting/told_joints.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -124,8 +125,10 @@ class Smoothing {
   public:
     /// Points in order round and their first parameters; the points whose chords were measured.
     Smoothing(std::span<const Vec2> points, std::vector<double> t, const ChordLengths& chords,
-              std::span<const Vec2> points_of_chords, double sigma_mm, std::vector<double> supposed_sigma_mm)
-        : supposed_sigma_mm_(std::move(supposed_sigma_mm)),
+              std::span<const Vec2> points_of_chords, double sigma_mm, std::vector<double> supposed_sigma_mm,
+              std::span<const ToldJoint> told)
+        : told_(told),
+          supposed_sigma_mm_(std::move(supposed_sigma_mm)),
           system_(points, sigma_mm, supposed_sigma_mm_),
           t_(std::move(t)),
           period_(chords.period) {
@@ -156,7 +159,7 @@ class Smoothing {
   private:
     core::Status fit() {
         if (auto status = system_.refine(free_tunings); !status) return status;
-        auto joints = place_joints(system_);
+        auto joints = place_joints(system_, told_);
         if (!joints) return tl::unexpected(joints.error());
         joints_ = std::move(*joints);
         return {};
@@ -220,6 +223,7 @@ class Smoothing {
         return any;
     }
 
+    std::span<const ToldJoint> told_;
     std::vector<double> supposed_sigma_mm_;  // 0: measured; empty: all are
     SmoothingSystem system_;
     std::vector<double> t_;
@@ -231,9 +235,8 @@ class Smoothing {
     std::vector<CurvatureStep> joints_;
 };
 
-}  // namespace
-
-core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> measured, std::span<const GapBridge> bridges) {
+core::Result<SmoothCurve> smooth(std::span<const Vec2> measured, std::span<const GapBridge> bridges,
+                                 std::span<const ToldJoint> told) {
     if (measured.size() < points_needed)
         return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: needs " + std::to_string(points_needed) +
                                                             " points, got " + std::to_string(measured.size()));
@@ -258,10 +261,20 @@ core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> measured, std::spa
         t[i] = chords.t[order[i]];
     }
 
-    Smoothing smoothing(in_order, std::move(t), chords, points, sigma_mm, course.supposed_sigma_mm(order));
+    Smoothing smoothing(in_order, std::move(t), chords, points, sigma_mm, course.supposed_sigma_mm(order), told);
     if (auto status = smoothing.run(); !status) return tl::unexpected(status.error());
     course.number_as_measured(order);
     return std::move(smoothing.system()).finish(std::move(smoothing.joints()), order, origin, own_roughness_doubt);
+}
+
+}  // namespace
+
+core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points, std::span<const GapBridge> bridges) {
+    return smooth(points, bridges, {});
+}
+
+core::Result<SmoothCurve> smooth_with_told_joints(std::span<const Vec2> points, std::span<const ToldJoint> told) {
+    return smooth(points, {}, told);
 }
 
 }  // namespace cmm::fitting

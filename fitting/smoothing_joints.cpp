@@ -26,6 +26,37 @@ double largest_variance_mm2(const SmoothingSystem& system) {
     return system.sigma_mm() * system.sigma_mm() * largest;
 }
 
+CurvatureJoint without_ramp(const SmoothingSystem& system, const ToldJoint& told) {
+    const auto& breaks = system.breaks();
+    const auto above = std::upper_bound(breaks.begin(), breaks.end() - 1, told.t) - breaks.begin();
+    const std::size_t span = std::max<std::size_t>(static_cast<std::size_t>(above), 1) - 1;
+    CurvatureJoint joint;
+    joint.step = joint.ramp_step = told.step;
+    joint.width_mm = breaks[span + 1] - breaks[span];
+    joint.first_span = std::max<std::size_t>(span, 2) - 1;
+    joint.last_span = std::min(span + 1, system.spans() - 1);
+    return joint;
+}
+
+/// Those that are told are where they are told.
+void put_told_ones(const SmoothingSystem& system, std::span<const ToldJoint> told,
+                   std::vector<CurvatureJoint>& joints) {
+    for (const ToldJoint& one : told) {
+        std::vector<CurvatureJoint>::iterator its = joints.end();
+        double nearest = one.reach_mm;
+        for (auto joint = joints.begin(); joint != joints.end(); ++joint) {
+            const double off = std::abs(joint->t - one.t);
+            if (joint->step * one.step < 0.0 || off > nearest) continue;
+            nearest = off;
+            its = joint;
+        }
+        CurvatureJoint& joint = its != joints.end() ? *its : joints.emplace_back(without_ramp(system, one));
+        joint.t = one.t;
+        joint.told_sigma_mm = one.sigma_mm;
+    }
+    std::sort(joints.begin(), joints.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
+}
+
 /// One try with given joints.
 class Placement {
   public:
@@ -57,13 +88,18 @@ class Placement {
     const std::vector<char>& refuted() const { return refuted_; }
 
   private:
+    static bool is_placed(const CurvatureJoint& joint) { return joint.told_sigma_mm > 0.0; }
+
     bool open(const std::vector<double>& plain, const std::vector<Roughness::Run>& ramps) {
         std::vector<double> places;
         for (const CurvatureJoint& joint : joints_)
             places.push_back(joint.t);
         if (!system_.change_breaks(with_joint_knots(plain, places, knots_), ramps)) return false;
-        for (std::size_t j = 0; j < joints_.size(); ++j)
-            free_joint(system_, knots_[j], joints_[j].step, 0.5 * joints_[j].width_mm);
+        for (std::size_t j = 0; j < joints_.size(); ++j) {
+            const CurvatureJoint& joint = joints_[j];
+            const double sigma_mm = is_placed(joint) ? joint.told_sigma_mm : 0.5 * joint.width_mm;
+            free_joint(system_, knots_[j], joint.step, sigma_mm);
+        }
         return true;
     }
 
@@ -148,6 +184,7 @@ class Placement {
             const SeenJoint seen = seen_at(system_.curve(), joint.t, knots_[j].apart);
             const double most = 0.5 * joint.width_mm, last = joint.t;
             joint.step = seen.step;
+            if (is_placed(joint)) continue;
             joint.t = on_grid(std::clamp(last + std::clamp(seen.shift, -most, most), joint.from_t, joint.to_t));
             const double shift = joint.t - last;
             if (std::abs(joint.step) * shift * shift > far_shift_sigmas * system_.sigma_mm()) strayed_ = true;
@@ -165,11 +202,12 @@ class Placement {
 
 }  // namespace
 
-core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system) {
+core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system, std::span<const ToldJoint> told) {
     system.measure_jumps();
     auto joints = find_curvature_joints(system.breaks(), system.slopes(), system.lengths_mm(), system.sigma_mm());
     add_supposed_joints(system.breaks(), system.slopes(), system.lengths_mm(), system.sigma_mm(), joints);
     std::erase_if(joints, [&](const CurvatureJoint& joint) { return !system.was_measured(joint.t); });
+    put_told_ones(system, told, joints);
     for (CurvatureJoint& joint : joints)
         joint.t = on_grid(joint.t);
     const auto plain = joints.empty() ? SmoothingSystem::State() : system.state();

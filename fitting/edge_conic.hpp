@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <variant>
+
+#include "fitting/edge_model.hpp"
+#include "fitting/model_fitter.hpp"
+
+namespace cmm::fitting {
+
+/// A conic through a run of an edge's points and how well it is known: an arc where that will do, else an ellipse.
+class EdgeConic {
+  public:
+    template <class Shape>
+    EdgeConic(const OrthogonalFit<Shape>& fit, double sigma_mm)
+        : shape_(fit.shape), covariance_(sigma_mm * sigma_mm * inverse_of_small(fit.normal)) {}
+
+    /// The outward unit normal of the part where it is nearest to `p`; `near` is about the same.
+    Vec2 normal(const Vec2& p, const Vec2& near) const;
+    /// Radius of curvature of the part where it has that normal.
+    double radius_mm(const Vec2& normal) const;
+    /// Variance of the direction of the normal at `p`, rad^2.
+    double direction_variance(const Vec2& p, const Vec2& near) const;
+
+  private:
+    std::variant<ArcShape, EllipseShape> shape_;
+    Eigen::MatrixXd covariance_;
+};
+
+/// Fits conics to runs of one edge's points, each from the one before. One owner; the points must outlive it.
+class ConicFitter {
+  public:
+    explicit ConicFitter(const EdgePoints& edge) : sigma_mm_(edge.noise.sigma_mm), fitter_(edge) {}
+    /// None where the points of the window leave arcs and ellipses by more than their noise, or systematically.
+    std::optional<EdgeConic> fit(const EdgeWindow& window);
+
+  private:
+    std::optional<OrthogonalFit<EllipseShape>> fit_ellipse(const EdgeWindow& window);
+    OrthogonalFit<EllipseShape> settled(const EllipseShape& start, const EdgeWindow& window);
+
+    double sigma_mm_;
+    ModelFitter fitter_;
+    std::optional<EllipseShape> last_;
+};
+
+}  // namespace cmm::fitting

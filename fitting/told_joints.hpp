@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+
+#include "core/error.hpp"
+#include "fitting/smoothing.hpp"
+
+namespace cmm::fitting {
+
+/// A joint of the curvature that something else than the curve tells.
+struct ToldJoint {
+    double t = 0.0;         ///< parameter of a curve through the same points
+    double sigma_mm = 0.0;  ///< standard deviation of the place
+    double step = 0.0;      ///< of the curvature, 1/mm
+    double reach_mm = 0.0;  ///< a joint with such a step that the curve shows no farther away is this one
+};
+
+/// `smooth_closed` without bridges, with joints that are told: those that the curve shows are where they are told, and
+/// the others come to them. Each has to be borne out by the points all the same.
+core::Result<SmoothCurve> smooth_with_told_joints(std::span<const Vec2> points, std::span<const ToldJoint> told);
+
+}  // namespace cmm::fitting
