@@ -10,9 +10,9 @@
 
 #include "core/text.hpp"
 #include "fitting/closest_point.hpp"
-#include "fitting/conic_joints.hpp"
 #include "fitting/cyclic.hpp"
 #include "fitting/edge_fit.hpp"
+#include "fitting/edges_by_conics.hpp"
 #include "fitting/gaps.hpp"
 #include "fitting/ordering.hpp"
 #include "fitting/outliers.hpp"
@@ -159,9 +159,9 @@ class CentreFitter {
     /// The edges as a whole know where their joints are, better than the curve: then it is smoothed once more.
     void place_joints_by_edges() {
         if (smooth_.sigma_mm < least_noise_mm || !find_gaps(good_, options_).empty()) return;
-        const auto told = joints_by_conics(smooth_, good_, options_.ball_radius_mm);
+        const auto told = edges_by_conics(smooth_, good_, options_.ball_radius_mm);
         if (told.empty()) return;
-        auto placed = smooth_with_told_joints(good_, told);
+        auto placed = smooth_with_told_edges(good_, told);
         if (placed && placed->joints.size() >= smooth_.joints.size()) smooth_ = std::move(*placed);
     }
 

@@ -12,7 +12,7 @@
 #include "fitting/smoothing_joints.hpp"
 #include "fitting/smoothing_system.hpp"
 #include "fitting/statistics.hpp"
-#include "fitting/told_joints.hpp"
+#include "fitting/told_edge.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -126,7 +126,7 @@ class Smoothing {
     /// Points in order round and their first parameters; the points whose chords were measured.
     Smoothing(std::span<const Vec2> points, std::vector<double> t, const ChordLengths& chords,
               std::span<const Vec2> points_of_chords, double sigma_mm, std::vector<double> supposed_sigma_mm,
-              std::span<const ToldJoint> told)
+              std::span<const ToldEdge> told)
         : told_(told),
           supposed_sigma_mm_(std::move(supposed_sigma_mm)),
           system_(points, sigma_mm, supposed_sigma_mm_),
@@ -223,7 +223,7 @@ class Smoothing {
         return any;
     }
 
-    std::span<const ToldJoint> told_;
+    std::span<const ToldEdge> told_;
     std::vector<double> supposed_sigma_mm_;  // 0: measured; empty: all are
     SmoothingSystem system_;
     std::vector<double> t_;
@@ -236,7 +236,7 @@ class Smoothing {
 };
 
 core::Result<SmoothCurve> smooth(std::span<const Vec2> measured, std::span<const GapBridge> bridges,
-                                 std::span<const ToldJoint> told) {
+                                 std::span<const ToldEdge> told) {
     if (measured.size() < points_needed)
         return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: needs " + std::to_string(points_needed) +
                                                             " points, got " + std::to_string(measured.size()));
@@ -273,7 +273,7 @@ core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points, std::span<
     return smooth(points, bridges, {});
 }
 
-core::Result<SmoothCurve> smooth_with_told_joints(std::span<const Vec2> points, std::span<const ToldJoint> told) {
+core::Result<SmoothCurve> smooth_with_told_edges(std::span<const Vec2> points, std::span<const ToldEdge> told) {
     return smooth(points, {}, told);
 }
 

@@ -38,30 +38,34 @@ CurvatureJoint without_ramp(const SmoothingSystem& system, const ToldJoint& told
     return joint;
 }
 
-/// Those that are told are where they are told.
-void put_told_ones(const SmoothingSystem& system, std::span<const ToldJoint> told,
-                   std::vector<CurvatureJoint>& joints) {
-    for (const ToldJoint& one : told) {
-        std::vector<CurvatureJoint>::iterator its = joints.end();
-        double nearest = one.reach_mm;
-        for (auto joint = joints.begin(); joint != joints.end(); ++joint) {
-            const double off = std::abs(joint->t - one.t);
-            if (joint->step * one.step < 0.0 || off > nearest) continue;
-            nearest = off;
-            its = joint;
-        }
-        CurvatureJoint& joint = its != joints.end() ? *its : joints.emplace_back(without_ramp(system, one));
-        joint.t = one.t;
-        joint.told_sigma_mm = one.sigma_mm;
+/// A joint that is told is where it is told.
+void put(const ToldJoint& told, const SmoothingSystem& system, std::vector<CurvatureJoint>& joints) {
+    auto its = joints.end();
+    double nearest = told.reach_mm;
+    for (auto joint = joints.begin(); joint != joints.end(); ++joint) {
+        const double off = std::abs(joint->t - told.t);
+        if (joint->step * told.step < 0.0 || off > nearest) continue;
+        nearest = off;
+        its = joint;
     }
+    CurvatureJoint& joint = its != joints.end() ? *its : joints.emplace_back(without_ramp(system, told));
+    joint.t = told.t;
+    joint.told_sigma_mm = told.sigma_mm;
+}
+
+void put_told_ones(std::span<const ToldEdge> told, const SmoothingSystem& system, std::vector<CurvatureJoint>& joints) {
+    for (const ToldEdge& edge : told)
+        for (const ToldJoint& joint : {edge.begin, edge.end})
+            put(joint, system, joints);
     std::sort(joints.begin(), joints.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
 }
 
 /// One try with given joints.
 class Placement {
   public:
-    Placement(SmoothingSystem& system, std::vector<CurvatureJoint> joints, double most_variance_mm2)
-        : system_(system), joints_(std::move(joints)), most_variance_mm2_(most_variance_mm2) {
+    Placement(SmoothingSystem& system, std::vector<CurvatureJoint> joints, double most_variance_mm2,
+              std::span<const ToldEdge> told)
+        : system_(system), joints_(std::move(joints)), most_variance_mm2_(most_variance_mm2), told_(told) {
         refuted_.assign(joints_.size(), 0);
     }
 
@@ -100,7 +104,30 @@ class Placement {
             const double sigma_mm = is_placed(joint) ? joint.told_sigma_mm : 0.5 * joint.width_mm;
             free_joint(system_, knots_[j], joint.step, sigma_mm);
         }
+        for (const ToldEdge& edge : told_)
+            if (has(edge.begin) && has(edge.end)) expect(edge);
         return true;
+    }
+
+    bool has(const ToldJoint& told) const {
+        const double t = on_grid(told.t);
+        return std::any_of(joints_.begin(), joints_.end(),
+                           [&](const CurvatureJoint& joint) { return is_placed(joint) && joint.t == t; });
+    }
+
+    /// Between its joints the curvature changes as it is told.
+    void expect(const ToldEdge& edge) {
+        const auto& breaks = system_.breaks();
+        const double period = system_.curve().period();
+        const auto ahead = [&](double t) { return t < edge.begin.t ? t - edge.begin.t + period : t - edge.begin.t; };
+        const auto slope = [&](std::size_t span) {
+            return (edge.curvature(breaks[span + 1]) - edge.curvature(breaks[span])) / system_.lengths_mm()[span];
+        };
+        for (std::size_t k = 0; k < system_.spans(); ++k) {
+            if (ahead(breaks[k + 1]) > ahead(edge.end.t) || system_.roughness().held(k)) continue;
+            const double turn = slope(k + 1 < system_.spans() ? k + 1 : 0) - slope(k);
+            system_.expect_jump(k, turn / std::sqrt(system_.mean_length_mm(k)));
+        }
     }
 
     bool none_refuted() const {
@@ -197,23 +224,24 @@ class Placement {
     std::vector<char> refuted_;
     std::vector<KnotCluster> knots_;
     double most_variance_mm2_;
+    std::span<const ToldEdge> told_;
     bool strayed_ = false;  // in the latest shift, so far that another one follows
 };
 
 }  // namespace
 
-core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system, std::span<const ToldJoint> told) {
+core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system, std::span<const ToldEdge> told) {
     system.measure_jumps();
     auto joints = find_curvature_joints(system.breaks(), system.slopes(), system.lengths_mm(), system.sigma_mm());
     add_supposed_joints(system.breaks(), system.slopes(), system.lengths_mm(), system.sigma_mm(), joints);
     std::erase_if(joints, [&](const CurvatureJoint& joint) { return !system.was_measured(joint.t); });
-    put_told_ones(system, told, joints);
+    put_told_ones(told, system, joints);
     for (CurvatureJoint& joint : joints)
         joint.t = on_grid(joint.t);
     const auto plain = joints.empty() ? SmoothingSystem::State() : system.state();
     const double most_variance_mm2 = most_control_variance * largest_variance_mm2(system);
     while (!joints.empty()) {
-        Placement placement(system, joints, most_variance_mm2);
+        Placement placement(system, joints, most_variance_mm2, told);
         if (placement.run()) {
             std::vector<CurvatureStep> steps;
             for (const CurvatureJoint& joint : placement.joints())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "fitting/conic_joints.hpp"
+#include "fitting/edges_by_conics.hpp"
 
 #include <algorithm>
 #include <array>
@@ -125,13 +125,23 @@ class EdgeJoints {
         for (int round = 0; round < most_windows; ++round) {
             const EdgeWindow window = around_.between(joints_[0].t, joints_[1].t);
             if (window == last) return true;
-            const auto conic = fitter_.fit(window);
-            if (!conic || !place(*conic, 0) || !place(*conic, 1)) return false;
+            conic_ = fitter_.fit(window);
+            if (!conic_ || !place(*conic_, 0) || !place(*conic_, 1)) return false;
             last = window;
         }
         return true;
     }
-    const std::array<ToldJoint, 2>& joints() const { return joints_; }
+    ToldEdge told() const {
+        ToldEdge edge{joints_[0], joints_[1],
+                      [&curve = curve_, conic = *conic_, ball_mm = around_.edge.ball_mm](double t) {
+                          const Jet jet = curve.jet(curve.wrap(t));
+                          const Vec2 normal = conic.normal(jet.position, jet.right_normal());
+                          return 1.0 / (conic.radius_mm(normal) + ball_mm);
+                      }};
+        for (ToldJoint* joint : {&edge.begin, &edge.end})
+            joint->t = curve_.wrap(joint->t);
+        return edge;
+    }
 
   private:
     static double outwards(std::size_t end) { return end == 0 ? -1.0 : 1.0; }
@@ -176,25 +186,21 @@ class EdgeJoints {
     PointsAround around_;
     ConicFitter fitter_;
     std::array<ToldJoint, 2> joints_;
+    std::optional<EdgeConic> conic_;
 };
 
 }  // namespace
 
-std::vector<ToldJoint> joints_by_conics(const SmoothCurve& smooth, std::span<const Vec2> points, double ball_mm) {
+std::vector<ToldEdge> edges_by_conics(const SmoothCurve& smooth, std::span<const Vec2> points, double ball_mm) {
     std::vector<std::size_t> order(points.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     const auto before = [&](std::size_t a, std::size_t b) { return smooth.parameter[a] < smooth.parameter[b]; };
     if (!std::is_sorted(order.begin(), order.end(), before)) std::stable_sort(order.begin(), order.end(), before);
-    std::vector<ToldJoint> told;
+    std::vector<ToldEdge> told;
     for (const SeenEnds& seen : ends_of_edges(smooth)) {
         EdgeJoints edge(smooth, points, order, ball_mm, seen);
-        if (!edge.run()) continue;
-        for (ToldJoint joint : edge.joints()) {
-            joint.t = smooth.curve.wrap(joint.t);
-            told.push_back(joint);
-        }
+        if (edge.run()) told.push_back(edge.told());
     }
-    std::sort(told.begin(), told.end(), [](const ToldJoint& a, const ToldJoint& b) { return a.t < b.t; });
     return told;
 }
 
