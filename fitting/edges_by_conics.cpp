@@ -20,6 +20,7 @@ constexpr double far_beyond_share = 0.3;  // ... and there of an end without joi
 constexpr double farthest_beyond = 0.7;   // ... and farther, up to there, while that is the edge still
 constexpr double least_beyond = 0.05;     // of the joint that is found
 constexpr double farthest_share = 0.5;    // from the end that was seen to the joint
+constexpr double noise_share = 0.02;      // over which the curve's slope is taken for its uncertainty
 constexpr double told_reach = 0.3;        // of a joint, for the curve
 constexpr double least_step_per_mm = 0.02;  // of the curvature: less is no end
 constexpr int most_windows = 4, most_newton_steps = 12;
@@ -110,6 +111,7 @@ class EdgeJoints {
     EdgeJoints(const SmoothCurve& smooth, std::span<const Vec2> points, std::span<const std::size_t> order,
                double ball_mm, const SeenEnds& seen)
         : curve_(smooth.curve),
+          noise_(smooth.noise),
           seen_(seen),
           length_(seen[1].t - seen[0].t),
           around_(smooth, points, order, ball_mm, seen[0].t - farthest_share * length_,
@@ -173,14 +175,26 @@ class EdgeJoints {
         }
         ToldJoint& joint = joints_[end];
         joint.t = side_t + along / speed;
-        joint.sigma_mm = std::sqrt(conic.direction_variance(at, own)) / step;
+        joint.sigma_mm = std::sqrt(conic.direction_variance(at, own) + direction_variance(side_t, along)) / step;
         joint.step = -outwards(end) * step;
         joint.reach_mm = told_reach * length_;
         return step > least_step_per_mm && -outwards(end) * along > least_beyond * length_ &&
                std::abs(joint.t - seen_[end].t) < farthest_share * length_;
     }
 
+    /// Of the side so far from a place: by the curve's slope and curvature there.
+    double direction_variance(double t, double along) const {
+        const double h = noise_share * length_, of_slope = 0.5 / h, of_curvature = along / (h * h);
+        std::vector<double> slopes(noise_.controls(), 0.0);
+        CurveNoise::Walk walk(noise_);
+        walk.add_place(curve_.wrap(t - h), of_curvature - of_slope, slopes);
+        walk.add_place(curve_.wrap(t), -2.0 * of_curvature, slopes);
+        walk.add_place(curve_.wrap(t + h), of_curvature + of_slope, slopes);
+        return noise_.variance(slopes).sum();
+    }
+
     const PiecewiseCubic& curve_;
+    const CurveNoise& noise_;
     SeenEnds seen_;
     double length_;
     PointsAround around_;
