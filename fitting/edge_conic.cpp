@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <type_traits>
 
 #include "fitting/edge_starts.hpp"
@@ -43,14 +44,17 @@ double EdgeConic::direction_variance(const Vec2& p, const Vec2& near) const {
 std::optional<EdgeConic> ConicFitter::fit(const EdgeWindow& window) {
     if (window.end < window.begin + fewest_points) return {};
     fitter_.forget_normals();
+    const auto ellipse = fit_ellipse(window);
+    const bool elliptic = ellipse && fitter_.misfit(*ellipse, window).empty();
+    fitter_.forget_normals();
     if (const auto start = arc_start(fitter_, window)) {
         const auto arc = fitter_.fit(*start, window);
-        if (fitter_.misfit(arc, window).empty()) return EdgeConic(arc, sigma_mm_);
+        const double price = 2.0 * std::log(static_cast<double>(window.count())) * sigma_mm_ * sigma_mm_;
+        const bool circular = fitter_.misfit(arc, window).empty();
+        if (circular && !(elliptic && arc.squares - ellipse->squares > price)) return EdgeConic(arc, sigma_mm_);
     }
-    fitter_.forget_normals();
-    const auto ellipse = fit_ellipse(window);
-    if (!ellipse || !fitter_.misfit(*ellipse, window).empty()) return {};
-    return EdgeConic(*ellipse, sigma_mm_);
+    if (elliptic) return EdgeConic(*ellipse, sigma_mm_);
+    return {};
 }
 
 std::optional<OrthogonalFit<EllipseShape>> ConicFitter::fit_ellipse(const EdgeWindow& window) {

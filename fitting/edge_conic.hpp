@@ -10,7 +10,8 @@
 
 namespace cmm::fitting {
 
-/// A conic through a run of an edge's points and how well it is known: an arc where that will do, else an ellipse.
+/// A conic through a run of an edge's points and how well it is known: an arc, or an ellipse where the Bayesian
+/// information criterion (Schwarz 1978) has it.
 class EdgeConic {
   public:
     template <class Shape>

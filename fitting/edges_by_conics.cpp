@@ -126,7 +126,7 @@ class EdgeJoints {
         EdgeWindow last;
         for (int round = 0; round < most_windows; ++round) {
             const EdgeWindow window = around_.between(joints_[0].t, joints_[1].t);
-            if (window == last) return true;
+            if (conic_ && window == last) return true;
             conic_ = fitter_.fit(window);
             if (!conic_ || !place(*conic_, 0) || !place(*conic_, 1)) return false;
             last = window;
