@@ -18,7 +18,9 @@ constexpr double inwards_share = 0.1;     // of an end without joint: so far inw
 constexpr double beyond_share = 0.15;     // of a joint: there the side is taken ...
 constexpr double far_beyond_share = 0.3;  // ... and there of an end without joint, ...
 constexpr double farthest_beyond = 0.7;   // ... and farther, up to there, while that is the edge still
-constexpr double least_beyond = 0.05;     // of the joint that is found
+constexpr double rate_share = 0.6;        // over which its curvature changes
+constexpr double next_share = 0.06;       // ... and at last
+constexpr double least_beyond = 0.02;     // of the joint that is found
 constexpr double farthest_share = 0.5;    // from the end that was seen to the joint
 constexpr double noise_share = 0.02;      // over which the curve's slope is taken for its uncertainty
 constexpr double told_reach = 0.3;        // of a joint, for the curve
@@ -148,29 +150,39 @@ class EdgeJoints {
   private:
     static double outwards(std::size_t end) { return end == 0 ? -1.0 : 1.0; }
 
+    /// First from where it surely is the side, then from next to what that tells.
     bool place(const EdgeConic& conic, std::size_t end) {
-        for (double beyond = seen_[end].joint ? beyond_share : far_beyond_share; beyond < farthest_beyond;
+        const SeenEnd& seen = seen_[end];
+        bool placed = false;
+        for (double beyond = seen.joint ? beyond_share : far_beyond_share; !placed && beyond < farthest_beyond;
              beyond += beyond_share)
-            if (place(conic, end, seen_[end].t + outwards(end) * beyond * length_)) return true;
-        return false;
+            placed = place(conic, end, seen.t + outwards(end) * beyond * length_);
+        if (!placed) return false;
+        const ToldJoint first = joints_[end];
+        const double outermost = outwards(end) * std::max(outwards(end) * seen.t, outwards(end) * first.t);
+        const double next = seen.joint ? next_share : beyond_share;
+        if (!place(conic, end, outermost + outwards(end) * next * length_)) joints_[end] = first;
+        return true;
     }
 
-    /// Where the side, as it goes on from `side_t` with its curvature there, has the normal of the conic: by Newton's
-    /// method, both turning as they do.
+    /// Where the side, as it goes on from `side_t` with its curvature and the change of that, has the normal of the
+    /// conic: by Newton's method, both turning as they do.
     bool place(const EdgeConic& conic, std::size_t end, double side_t) {
         const Jet side = curve_.jet(curve_.wrap(side_t));
         const double curvature = side.curvature(), speed = side.d1.norm();
+        const double away = outwards(end) * rate_share * length_;
+        const double rate = (curve_.jet(curve_.wrap(side_t + away)).curvature() - curvature) / away;
         const Vec2 tangent = side.d1 / speed, normal = side.right_normal();
         double along = 0.0, step = 0.0, move = longest_newton_step_mm;
         Vec2 at = side.position, own = normal;
         for (int k = 0; k < most_newton_steps && std::abs(move) > last_newton_step_mm; ++k) {
             const Vec2 its = conic.normal(at, own);
-            step = 1.0 / (conic.radius_mm(its) + around_.edge.ball_mm) - curvature;
+            step = 1.0 / (conic.radius_mm(its) + around_.edge.ball_mm) - curvature - rate * along;
             move = std::clamp(-turn_angle(own, its) / step, -longest_newton_step_mm, longest_newton_step_mm);
             along += move;
             if (!(std::abs(along) < 2.0 * length_)) return false;
-            const double angle = curvature * along;
-            at = side.position + along * tangent - 0.5 * angle * along * normal;
+            const double angle = (curvature + 0.5 * rate * along) * along;
+            at = side.position + along * tangent - (0.5 * curvature + rate * along / 6.0) * along * along * normal;
             own = std::cos(angle) * normal + std::sin(angle) * tangent;
         }
         ToldJoint& joint = joints_[end];

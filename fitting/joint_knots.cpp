@@ -11,6 +11,7 @@ namespace {
 constexpr double knot_share = 0.02;  // of a span: how near they are
 constexpr double place_grid_mm = 1e-3;
 constexpr double least_told = 1e-3;
+constexpr std::ptrdiff_t clear_spans = 3;  // from a joint to the next
 
 /// A joint ahead of its knots turns the tangent by its step a millimetre: so much is the scaled change of the
 /// curvature's slope at the middle knot.
@@ -22,6 +23,11 @@ double turn_per_mm(double step, double apart) {
 
 double on_grid(double t) {
     return std::round(t / place_grid_mm) * place_grid_mm;
+}
+
+bool have_room(double t, double next_t, std::span<const double> breaks) {
+    const auto first = std::lower_bound(breaks.begin(), breaks.end(), t);
+    return std::lower_bound(breaks.begin(), breaks.end(), next_t) - first >= clear_spans;
 }
 
 std::vector<double> with_joint_knots(std::span<const double> breaks, std::span<const double> places,

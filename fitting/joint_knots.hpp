@@ -16,6 +16,10 @@ inline constexpr std::size_t knots_of_joint = 3;
 /// A joint's place is known to some hundredths of a millimetre: what rounding does to it must not move the curve.
 double on_grid(double t);
 
+/// Whether joints at two places leave each other their knots; where the curve begins and ends is before and behind all
+/// (infinite).
+bool have_room(double t, double next_t, std::span<const double> breaks);
+
 /// The breaks with those of joints at these places; `knots` are written.
 std::vector<double> with_joint_knots(std::span<const double> breaks, std::span<const double> places,
                                      std::vector<KnotCluster>& knots);

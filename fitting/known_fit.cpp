@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -12,9 +13,8 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr int known_tunings = 3;        // where the roughness or nearly the curve is known
-constexpr double known_freedom = 4.0;   // of Student's distribution, where the roughness is known
-constexpr std::size_t clear_spans = 3;  // from a joint to the next, and to where the curve begins
+constexpr int known_tunings = 3;       // where the roughness or nearly the curve is known
+constexpr double known_freedom = 4.0;  // of Student's distribution, where the roughness is known
 constexpr double most_shift_sigmas = 4.0;
 constexpr double far_known_shift = 0.2;  // of a joint's shift: the step of the curvature times its square
 /// A bad point that was not found, alone or in a run of a few, does not count as something to follow; a point as far
@@ -52,17 +52,12 @@ Vec2 origin_of(const SmoothCurve& smooth) {
 }
 
 /// Whether joints in order leave each other, and the curve's beginning, their knots.
-bool have_room(std::span<const CurvatureStep> joints, std::span<const double> breaks) {
-    const auto breaks_below = [&](double t) {
-        return static_cast<std::size_t>(std::lower_bound(breaks.begin(), breaks.end(), t) - breaks.begin());
-    };
-    std::size_t before = 0;
-    for (const CurvatureStep& joint : joints) {
-        const std::size_t below = breaks_below(joint.t);
-        if (below < before + clear_spans) return false;
-        before = below;
-    }
-    return before + clear_spans <= breaks.size();
+bool all_have_room(std::span<const CurvatureStep> joints, std::span<const double> breaks) {
+    constexpr double far = std::numeric_limits<double>::infinity();
+    double before = -far;
+    for (const CurvatureStep& joint : joints)
+        if (!have_room(std::exchange(before, joint.t), joint.t, breaks)) return false;
+    return have_room(before, far, breaks);
 }
 
 }  // namespace
@@ -97,7 +92,7 @@ core::Status KnownFit::fit(const KnownShape& shape) {
 }
 
 core::Status KnownFit::open(const KnownShape& shape, bool anew) {
-    if (!have_room(joints_, shape.breaks))
+    if (!all_have_room(joints_, shape.breaks))
         return core::fail(core::ErrorCode::fit_not_evaluable,
                           "smoothing spline: a joint of the curvature is too near to another, or to where the curve "
                           "begins");

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "fitting/curvature_joints.hpp"
 #include "fitting/joint_knots.hpp"
@@ -19,6 +20,10 @@ constexpr double told_square = 8.0;            // of a step, over its variance
 constexpr double lasting_step_share = 0.2;     // of the ramp's
 constexpr double far_shift_sigmas = 2.0;       // of a joint's shift: the step of the curvature times its square
 
+bool has_told_place(const CurvatureJoint& joint) {
+    return joint.told_sigma_mm > 0.0;
+}
+
 double largest_variance_mm2(const SmoothingSystem& system) {
     double largest = 0.0;
     for (std::size_t k = 0; k < system.spans(); ++k)
@@ -26,37 +31,44 @@ double largest_variance_mm2(const SmoothingSystem& system) {
     return system.sigma_mm() * system.sigma_mm() * largest;
 }
 
-CurvatureJoint without_ramp(const SmoothingSystem& system, const ToldJoint& told) {
-    const auto& breaks = system.breaks();
-    const auto above = std::upper_bound(breaks.begin(), breaks.end() - 1, told.t) - breaks.begin();
-    const std::size_t span = std::max<std::size_t>(static_cast<std::size_t>(above), 1) - 1;
+CurvatureJoint without_ramp(const ToldJoint& told, const std::vector<double>& breaks) {
+    const auto above = std::upper_bound(breaks.begin(), breaks.end(), told.t) - breaks.begin();
+    const auto span = static_cast<std::size_t>(above) - 1;
     CurvatureJoint joint;
     joint.step = joint.ramp_step = told.step;
     joint.width_mm = breaks[span + 1] - breaks[span];
-    joint.first_span = std::max<std::size_t>(span, 2) - 1;
-    joint.last_span = std::min(span + 1, system.spans() - 1);
+    joint.first_span = span - 1;
+    joint.last_span = span + 1;
     return joint;
 }
 
-/// A joint that is told is where it is told.
-void put(const ToldJoint& told, const SmoothingSystem& system, std::vector<CurvatureJoint>& joints) {
+/// A joint that is told is where it is told, if it has room there; others in its way are none.
+void put(const ToldJoint& told, const std::vector<double>& breaks, std::vector<CurvatureJoint>& joints) {
+    constexpr double far = std::numeric_limits<double>::infinity();
+    const auto clear = [&](double t) { return have_room(std::min(t, told.t), std::max(t, told.t), breaks); };
+    const auto in_its_way = [&](const CurvatureJoint& joint) { return !clear(joint.t); };
+    if (!clear(-far) || !clear(far)) return;
     auto its = joints.end();
     double nearest = told.reach_mm;
     for (auto joint = joints.begin(); joint != joints.end(); ++joint) {
+        if (has_told_place(*joint) && in_its_way(*joint)) return;
         const double off = std::abs(joint->t - told.t);
-        if (joint->step * told.step < 0.0 || off > nearest) continue;
+        if (has_told_place(*joint) || joint->step * told.step < 0.0 || off > nearest) continue;
         nearest = off;
         its = joint;
     }
-    CurvatureJoint& joint = its != joints.end() ? *its : joints.emplace_back(without_ramp(system, told));
+    CurvatureJoint joint = its != joints.end() ? *its : without_ramp(told, breaks);
     joint.t = told.t;
     joint.told_sigma_mm = told.sigma_mm;
+    if (its != joints.end()) joints.erase(its);
+    std::erase_if(joints, in_its_way);
+    joints.push_back(joint);
 }
 
 void put_told_ones(std::span<const ToldEdge> told, const SmoothingSystem& system, std::vector<CurvatureJoint>& joints) {
     for (const ToldEdge& edge : told)
         for (const ToldJoint& joint : {edge.begin, edge.end})
-            put(joint, system, joints);
+            put(joint, system.breaks(), joints);
     std::sort(joints.begin(), joints.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
 }
 
@@ -92,8 +104,6 @@ class Placement {
     const std::vector<char>& refuted() const { return refuted_; }
 
   private:
-    static bool is_placed(const CurvatureJoint& joint) { return joint.told_sigma_mm > 0.0; }
-
     bool open(const std::vector<double>& plain, const std::vector<Roughness::Run>& ramps) {
         std::vector<double> places;
         for (const CurvatureJoint& joint : joints_)
@@ -101,7 +111,7 @@ class Placement {
         if (!system_.change_breaks(with_joint_knots(plain, places, knots_), ramps)) return false;
         for (std::size_t j = 0; j < joints_.size(); ++j) {
             const CurvatureJoint& joint = joints_[j];
-            const double sigma_mm = is_placed(joint) ? joint.told_sigma_mm : 0.5 * joint.width_mm;
+            const double sigma_mm = has_told_place(joint) ? joint.told_sigma_mm : 0.5 * joint.width_mm;
             free_joint(system_, knots_[j], joint.step, sigma_mm);
         }
         for (const ToldEdge& edge : told_)
@@ -112,7 +122,7 @@ class Placement {
     bool has(const ToldJoint& told) const {
         const double t = on_grid(told.t);
         return std::any_of(joints_.begin(), joints_.end(),
-                           [&](const CurvatureJoint& joint) { return is_placed(joint) && joint.t == t; });
+                           [&](const CurvatureJoint& joint) { return has_told_place(joint) && joint.t == t; });
     }
 
     /// Between its joints the curvature changes as it is told.
@@ -211,7 +221,7 @@ class Placement {
             const SeenJoint seen = seen_at(system_.curve(), joint.t, knots_[j].apart);
             const double most = 0.5 * joint.width_mm, last = joint.t;
             joint.step = seen.step;
-            if (is_placed(joint)) continue;
+            if (has_told_place(joint)) continue;
             joint.t = on_grid(std::clamp(last + std::clamp(seen.shift, -most, most), joint.from_t, joint.to_t));
             const double shift = joint.t - last;
             if (std::abs(joint.step) * shift * shift > far_shift_sigmas * system_.sigma_mm()) strayed_ = true;

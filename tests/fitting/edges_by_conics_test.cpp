@@ -19,11 +19,16 @@ namespace {
 
 constexpr double ball_mm = 1.0;
 
+/// From the nose of the TE on.
 std::vector<Vec2> points_of(const families::Blade& blade, std::uint64_t seed) {
     families::ScanOptions scanning;
     scanning.seed = seed;
     scanning.bad_share = 0.0;
-    return families::scan(blade, scanning).points;
+    auto scan = families::scan(blade, scanning);
+    const auto nose = std::min_element(scan.t.begin(), scan.t.end(),
+                                       [](double a, double b) { return std::abs(a - 2.5) < std::abs(b - 2.5); });
+    std::rotate(scan.points.begin(), scan.points.begin() + (nose - scan.t.begin()), scan.points.end());
+    return scan.points;
 }
 
 /// How far ahead of the nearest corner a place of the curve is, and the step of the curvature there.
@@ -164,12 +169,18 @@ TEST(EdgesByConics, AreNotBelievedAgainstThePoints) {
     auto told = edges_by_conics(*smooth, points, ball_mm);
     ASSERT_FALSE(told.empty());
     ToldEdge& edge = told.front();
-    edge.begin.t = smooth->curve.wrap(edge.begin.t - 5.0);
+    const double place = edge.begin.t;
+    edge.begin.t = smooth->curve.wrap(place - 5.0);
     const auto with_edges = smooth_with_told_edges(points, told);
     ASSERT_TRUE(with_edges);
-    for (const CurvatureStep& joint : with_edges->joints)
-        EXPECT_GT(std::abs(std::remainder(joint.t - edge.begin.t, smooth->curve.period())), 1.0) << "none is there";
-    EXPECT_EQ(with_edges->joints.size(), smooth->joints.size()) << "and the one of the curve is where it was";
+    const auto nearest_mm = [&](double t) {
+        double nearest = 1e9;
+        for (const CurvatureStep& joint : with_edges->joints)
+            nearest = std::min(nearest, std::abs(std::remainder(joint.t - t, smooth->curve.period())));
+        return nearest;
+    };
+    EXPECT_GT(nearest_mm(edge.begin.t), 1.0) << "none is there";
+    EXPECT_LT(nearest_mm(place), 0.05) << "the curve has it where it was";
 }
 
 /// Ball centres about a half ellipse, by equal angles.
