@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <span>
 #include <variant>
 
 #include "fitting/edge_model.hpp"
@@ -33,15 +34,19 @@ class EdgeConic {
 /// Fits conics to runs of one edge's points, each from the one before. One owner; the points must outlive it.
 class ConicFitter {
   public:
-    explicit ConicFitter(const EdgePoints& edge) : sigma_mm_(edge.noise.sigma_mm), fitter_(edge) {}
+    /// `curvature`: of the part at each point, 1/mm, as far as it is known.
+    ConicFitter(const EdgePoints& edge, std::span<const double> curvature)
+        : edge_(edge), curvature_(curvature), fitter_(edge) {}
     /// None where the points of the window leave arcs and ellipses by more than their noise, or systematically.
     std::optional<EdgeConic> fit(const EdgeWindow& window);
 
   private:
+    std::optional<EllipseShape> ellipse_by_curvature(const EdgeWindow& window) const;
     std::optional<OrthogonalFit<EllipseShape>> fit_ellipse(const EdgeWindow& window);
     OrthogonalFit<EllipseShape> settled(const EllipseShape& start, const EdgeWindow& window);
 
-    double sigma_mm_;
+    const EdgePoints& edge_;
+    std::span<const double> curvature_;
     ModelFitter fitter_;
     std::optional<EllipseShape> last_;
 };

@@ -73,7 +73,7 @@ std::vector<SeenEnds> ends_of_edges(const SmoothCurve& smooth) {
 /// The points around one edge in order, with their parameters unwrapped.
 struct PointsAround {
     EdgePoints edge;
-    std::vector<double> t;
+    std::vector<double> t, curvature;  // of the part
 
     PointsAround(const SmoothCurve& smooth, std::span<const Vec2> points, std::span<const std::size_t> order,
                  double ball_mm, double from, double to) {
@@ -91,8 +91,9 @@ struct PointsAround {
             if (unwrapped > to) break;
             double inside = smooth.parameter[i];
             const std::size_t span = curve.span_of(inside);
-            edge.points.push_back(
-                {points[i], curve.jet_in(span, inside).right_normal(), smooth.residual[i], smooth.leverage[i]});
+            const Jet jet = curve.jet_in(span, inside);
+            edge.points.push_back({points[i], jet.right_normal(), smooth.residual[i], smooth.leverage[i]});
+            curvature.push_back(jet.curvature() / (1.0 - ball_mm * jet.curvature()));
             t.push_back(unwrapped);
         }
         edge.nose = between(from, 0.5 * (from + to)).end;
@@ -118,7 +119,7 @@ class EdgeJoints {
           length_(seen[1].t - seen[0].t),
           around_(smooth, points, order, ball_mm, seen[0].t - farthest_share * length_,
                   seen[1].t + farthest_share * length_),
-          fitter_(around_.edge) {
+          fitter_(around_.edge, around_.curvature) {
         for (std::size_t end = 0; end < 2; ++end)
             joints_[end].t = seen[end].t - (seen[end].joint ? 0.0 : inwards_share * length_ * outwards(end));
     }
