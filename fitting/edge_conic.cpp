@@ -14,7 +14,6 @@ namespace cmm::fitting {
 namespace {
 
 constexpr std::size_t fewest_points = EllipseShape::size + 4;
-constexpr int most_fits = 5;           // of a window: one is given up after some rounds
 constexpr double slope_change = 1e-5;  // of a parameter, mm and rad
 
 }  // namespace
@@ -96,15 +95,8 @@ std::optional<EllipseShape> ConicFitter::ellipse_by_curvature(const EdgeWindow& 
 std::optional<OrthogonalFit<EllipseShape>> ConicFitter::fit_ellipse(const EdgeWindow& window) {
     if (!last_) last_ = ellipse_by_curvature(window);
     if (!last_) return {};
-    const auto fit = settled(*last_, window);
+    const auto fit = fitter_.fit(*last_, window);
     last_ = fit.shape;
-    return fit;
-}
-
-OrthogonalFit<EllipseShape> ConicFitter::settled(const EllipseShape& start, const EdgeWindow& window) {
-    auto fit = fitter_.fit(start, window);
-    for (int again = 1; again < most_fits && !fit.converged; ++again)
-        fit = fitter_.fit(fit.shape, window);
     return fit;
 }
 

@@ -43,7 +43,6 @@ class ConicFitter {
   private:
     std::optional<EllipseShape> ellipse_by_curvature(const EdgeWindow& window) const;
     std::optional<OrthogonalFit<EllipseShape>> fit_ellipse(const EdgeWindow& window);
-    OrthogonalFit<EllipseShape> settled(const EllipseShape& start, const EdgeWindow& window);
 
     const EdgePoints& edge_;
     std::span<const double> curvature_;
