@@ -52,8 +52,8 @@ class CentreFitter {
     core::Result<CentreCurve> run() {
         if (auto status = order(); !status) return tl::unexpected(status.error());
         if (auto status = fit_curve(); !status) return tl::unexpected(status.error());
-        place_joints_by_edges();
         write_verdicts();
+        tell_edges();
         fit_.smooth = std::move(smooth_);
         fit_.good = std::move(good_);
         return std::move(fit_);
@@ -156,13 +156,13 @@ class CentreFitter {
         return {};
     }
 
-    /// The edges as a whole know where their joints are, better than the curve: then it is smoothed once more.
-    void place_joints_by_edges() {
+    /// The edges as a whole know where they end, better than the curve: then it is smoothed once more.
+    void tell_edges() {
         if (smooth_.sigma_mm < least_noise_mm || !find_gaps(good_, options_).empty()) return;
         const auto told = edges_by_conics(smooth_, good_, options_.ball_radius_mm);
         if (told.empty()) return;
-        auto placed = smooth_with_told_edges(good_, told);
-        if (placed && placed->joints.size() >= smooth_.joints.size()) smooth_ = std::move(*placed);
+        auto with_edges = smooth_with_told_edges(good_, told);
+        if (with_edges && with_edges->joints.size() >= smooth_.joints.size()) fit_.with_edges = std::move(*with_edges);
     }
 
     /// Beside a gap a bad point has no neighbours beyond, and the curve may follow it: where it does so badly, the

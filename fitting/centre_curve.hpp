@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,9 +17,14 @@ namespace cmm::fitting {
 struct CentreCurve {
     std::vector<PointVerdict> verdicts;  ///< one per input point, in input order
     std::size_t rejected = 0;
-    std::string missing;     ///< as of SectionFit
-    SmoothCurve smooth;      ///< counter-clockwise
+    std::string missing;  ///< as of SectionFit
+    SmoothCurve smooth;   ///< counter-clockwise
+    /// The same where edges that are conics tell where they end, for the contour of this section alone: other sections
+    /// are told what the points show by themselves, as those that lean have no conics. None: no edge is told.
+    std::optional<SmoothCurve> with_edges;
     std::vector<Vec2> good;  ///< the points that it was fitted to, in its order
+
+    const SmoothCurve& of_contour() const { return with_edges ? *with_edges : smooth; }
 };
 
 /// The first half of fit_section: order, bad points, smooth curve. Arguments and errors as there.

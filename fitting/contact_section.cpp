@@ -53,12 +53,12 @@ core::Result<ContactSection> section_of_contacts(std::span<const Contact> contac
     result.fit.missing = flat.missing;
     result.fit.verdicts = flat.verdicts;
     result.fit.rejected = flat.rejected;
-    result.fit.noise_sigma_mm = curve->smooth.sigma_mm;
+    result.fit.noise_sigma_mm = curve->of_contour().sigma_mm;
     std::vector<SurfaceStation> stations;
-    if (leans) stations = stations_along(curve->smooth.curve, contacts, places);
-    const auto open = build_contour(curve->smooth, curve->good, own, result.fit, stations);
+    if (leans) stations = stations_along(curve->of_contour().curve, contacts, places);
+    const auto open = build_contour(curve->of_contour(), curve->good, own, result.fit, stations);
     if (!open) return tl::unexpected(open.error());
-    fit_open_edges(*open, curve->smooth, curve->good, result.fit);
+    fit_open_edges(*open, curve->of_contour(), curve->good, result.fit);
     result.fit.centres = flat.centres;
     return result;
 }

@@ -21,6 +21,7 @@ struct OpenEdges {
     double ball_mm = 0.0;
     std::optional<EdgeModel> le_model, te_model;  ///< asked for
     bool le = false, te = false;                  ///< which are open
+    std::optional<SmoothCurve> curve = {};  ///< that the contour was made from, where it is not the section's curve
 };
 
 /// Of a smoothed curve through that many points.

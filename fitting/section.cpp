@@ -22,9 +22,10 @@ core::Result<SectionFit> fit_contour(std::span<const Eigen::Vector2d> centres, s
     fit.missing = std::move(centre_curve->missing);
     fit.verdicts = std::move(centre_curve->verdicts);
     fit.rejected = centre_curve->rejected;
-    fit.noise_sigma_mm = centre_curve->smooth.sigma_mm;
-    auto open = build_contour(centre_curve->smooth, centre_curve->good, options, fit);
+    fit.noise_sigma_mm = centre_curve->of_contour().sigma_mm;
+    auto open = build_contour(centre_curve->of_contour(), centre_curve->good, options, fit);
     if (!open) return tl::unexpected(open.error());
+    open->curve = std::move(centre_curve->with_edges);
     fit.centres = {std::move(centre_curve->smooth), std::move(centre_curve->good)};
     fit.open_edges = std::make_shared<const OpenEdges>(std::move(*open));
     return fit;
@@ -32,7 +33,8 @@ core::Result<SectionFit> fit_contour(std::span<const Eigen::Vector2d> centres, s
 
 void fit_edges(SectionFit& fit) {
     const auto open = std::exchange(fit.open_edges, nullptr);
-    if (open) fit_open_edges(*open, fit.centres.curve, fit.centres.points, fit);
+    if (!open) return;
+    fit_open_edges(*open, open->curve ? *open->curve : fit.centres.curve, fit.centres.points, fit);
 }
 
 core::Result<SectionFit> fit_section(std::span<const Eigen::Vector2d> centres, std::span<const RejectReason> excluded,

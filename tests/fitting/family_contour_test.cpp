@@ -33,7 +33,7 @@ struct FamilyErrors {
 
 /// 600 points, 12 % on each edge, ball 1 mm.
 FamilyErrors measure(Family family, double sigma_mm, double bad_share) {
-    constexpr int blades = 24;
+    constexpr int blades = 60;
     FamilyErrors all;
     double within = 0.0;
     for (int k = 1; k <= blades; ++k) {
