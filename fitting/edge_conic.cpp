@@ -13,7 +13,7 @@
 namespace cmm::fitting {
 namespace {
 
-constexpr std::size_t fewest_points = EllipseShape::size + 4;
+constexpr std::size_t fewest_conic_points = EllipseShape::size + 4;
 constexpr double slope_change = 1e-5;  // of a parameter, mm and rad
 
 }  // namespace
@@ -41,7 +41,7 @@ double EdgeConic::direction_variance(const Vec2& p, const Vec2& near) const {
 }
 
 std::optional<EdgeConic> ConicFitter::fit(const EdgeWindow& window) {
-    if (window.end < window.begin + fewest_points) return {};
+    if (window.end < window.begin + fewest_conic_points) return {};
     const double sigma_mm = edge_.noise.sigma_mm;
     fitter_.forget_normals();
     const auto ellipse = fit_ellipse(window);

@@ -13,7 +13,7 @@ namespace cmm::fitting {
 namespace {
 
 // Shares of an edge's length.
-constexpr double joint_reach = 0.5;       // from where the curvature falls to the joint of the curve that shows the end
+constexpr double seen_joint_reach = 0.5;  // from where the curvature falls to the joint of the curve that shows the end
 constexpr double inwards_share = 0.1;     // of an end without joint: so far inwards it surely is the edge
 constexpr double beyond_share = 0.15;     // of a joint: there the side is taken ...
 constexpr double far_beyond_share = 0.3;  // ... and there of an end without joint, ...
@@ -21,11 +21,11 @@ constexpr double farthest_beyond = 0.7;   // ... and farther, up to there, while
 constexpr double rate_share = 0.6;        // over which its curvature changes
 constexpr double next_share = 0.06;       // ... and at last
 constexpr double least_beyond = 0.02;     // of the joint that is found
-constexpr double farthest_share = 0.5;    // from the end that was seen to the joint
-constexpr double noise_share = 0.02;      // over which the curve's slope is taken for its uncertainty
-constexpr double told_reach = 0.3;        // of a joint, for the curve
+constexpr double farthest_end_share = 0.5;  // from the end that was seen to the joint
+constexpr double noise_share = 0.02;        // over which the curve's slope is taken for its uncertainty
+constexpr double told_reach = 0.3;          // of a joint, for the curve
 constexpr double least_step_per_mm = 0.02;  // of the curvature: less is no end
-constexpr int most_windows = 4, most_newton_steps = 12;
+constexpr int most_windows = 4, most_joint_steps = 12;
 constexpr double longest_newton_step_mm = 0.2, last_newton_step_mm = 1e-6;
 constexpr int samples_per_span = 4;
 
@@ -56,7 +56,7 @@ std::vector<SeenEnds> ends_of_edges(const SmoothCurve& smooth) {
         SeenEnds seen{SeenEnd{begin}, SeenEnd{end}};
         for (const bool ending : {false, true}) {
             SeenEnd& its = seen[ending ? 1 : 0];
-            double nearest = joint_reach * (end - begin);
+            double nearest = seen_joint_reach * (end - begin);
             const double falls = its.t;
             for (const CurvatureStep& joint : smooth.joints) {
                 const double off = std::remainder(joint.t - falls, curve.period());
@@ -117,8 +117,8 @@ class EdgeJoints {
           noise_(smooth.noise),
           seen_(seen),
           length_(seen[1].t - seen[0].t),
-          around_(smooth, points, order, ball_mm, seen[0].t - farthest_share * length_,
-                  seen[1].t + farthest_share * length_),
+          around_(smooth, points, order, ball_mm, seen[0].t - farthest_end_share * length_,
+                  seen[1].t + farthest_end_share * length_),
           fitter_(around_.edge, around_.curvature) {
         for (std::size_t end = 0; end < 2; ++end)
             joints_[end].t = seen[end].t - (seen[end].joint ? 0.0 : inwards_share * length_ * outwards(end));
@@ -171,7 +171,7 @@ class EdgeJoints {
         const Vec2 tangent = side.d1 / speed, normal = side.right_normal();
         double along = 0.0, step = 0.0, move = longest_newton_step_mm;
         Vec2 at = side.position, own = normal;
-        for (int k = 0; k < most_newton_steps && std::abs(move) > last_newton_step_mm; ++k) {
+        for (int k = 0; k < most_joint_steps && std::abs(move) > last_newton_step_mm; ++k) {
             const Vec2 its = conic.normal(at, own);
             step = 1.0 / (conic.radius_mm(its) + around_.edge.ball_mm) - curvature - rate * along;
             move = std::clamp(-turn_angle(own, its) / step, -longest_newton_step_mm, longest_newton_step_mm);
@@ -187,7 +187,7 @@ class EdgeJoints {
         joint.step = -outwards(end) * step;
         joint.reach_mm = told_reach * length_;
         return step > least_step_per_mm && -outwards(end) * along > least_beyond * length_ &&
-               std::abs(joint.t - seen_[end].t) < farthest_share * length_;
+               std::abs(joint.t - seen_[end].t) < farthest_end_share * length_;
     }
 
     /// Of the side so far from a place: by the curve's slope and curvature there.
