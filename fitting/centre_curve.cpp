@@ -142,6 +142,7 @@ class CentreFitter {
             auto gaps = find_gaps(good_, options_);
             for (Gap& gap : gaps)
                 gap.bad = cyclic(fitted_[gap.behind] + points_.size() - fitted_[gap.before], points_.size()) - 1;
+            has_gaps_ = !gaps.empty();
             auto bridges = bridges_over(good_, gaps, options_);
             if (!bridges) return tl::unexpected(std::move(bridges.error()));
             fit_.missing = std::move(bridges->missing);
@@ -158,7 +159,7 @@ class CentreFitter {
 
     /// The edges as a whole know where they end, better than the curve: then it is smoothed once more.
     void tell_edges() {
-        if (smooth_.sigma_mm < least_noise_mm || !find_gaps(good_, options_).empty()) return;
+        if (smooth_.sigma_mm < least_noise_mm || has_gaps_) return;
         const auto told = edges_by_conics(smooth_, good_, options_.ball_radius_mm);
         if (told.empty()) return;
         auto with_edges = smooth_with_told_edges(good_, told);
@@ -363,6 +364,7 @@ class CentreFitter {
     std::vector<double> residual_, threshold_;
     std::vector<Vec2> good_;           // the points that smooth_ was fitted to
     std::vector<std::size_t> fitted_;  // their lap positions
+    bool has_gaps_ = false;            // they have
     SmoothCurve smooth_;
 };
 

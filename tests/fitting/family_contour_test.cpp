@@ -75,8 +75,8 @@ TEST(FamilyContour, OneMicrometreOfNoise) {
         const FamilyErrors all = measure(family, 1e-3, 0.0);
         EXPECT_LT(all.sides.rms_um(), 0.32);
         EXPECT_LT(all.edges.rms_um(), 0.40);
-        EXPECT_LT(all.sides.largest_um, 2.1);
-        EXPECT_LT(all.edges.largest_um, 1.6);
+        EXPECT_LT(all.sides.largest_um, 1.0);
+        EXPECT_LT(all.edges.largest_um, 1.2);
         EXPECT_GT(all.covered, 0.93);
         EXPECT_LT(all.covered, 0.97);
     }
