@@ -17,6 +17,7 @@ constexpr int draws = 100;                // tell a standard deviation to 7 %
 constexpr double steepest = 3.0;          // slopes by which a motion errs so many times as it does say nothing of it
 constexpr double lacking_sigmas = 10.0;   // standard uncertainties: what lacks more does not become the largest
 constexpr std::size_t most_places = 160;  // of a section: its noise has some hundred free numbers
+constexpr double own_noise = 1e-8;        // of a place, over the largest variance
 constexpr std::uint64_t seed = 0xD4A3;
 
 /// Of one section: the distances that may become the largest, and what their errors do together.
@@ -37,12 +38,11 @@ bool rests_on(const MotionSlopes& slopes, std::size_t point) {
     });
 }
 
-/// A root of a covariance that is singular to rounding.
-Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
-    const Eigen::LDLT<Eigen::MatrixXd> factored(covariance);
-    const Eigen::MatrixXd lower = factored.matrixL();
-    return factored.transpositionsP().transpose() *
-           Eigen::MatrixXd(lower * factored.vectorD().cwiseMax(0.0).cwiseSqrt().asDiagonal());
+/// A root of a covariance that is singular to rounding: but for a little noise of each place by itself, elimination
+/// divides by what rounding has left.
+Eigen::MatrixXd root_of(Eigen::MatrixXd covariance) {
+    covariance.diagonal().array() += own_noise * covariance.diagonal().maxCoeff();
+    return covariance.llt().matrixL();
 }
 
 std::vector<Candidates> candidates_of(const BestFit& fit, std::span<const MeasuredSection* const> sections) {

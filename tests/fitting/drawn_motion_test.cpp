@@ -80,7 +80,7 @@ TEST(DrawnMotion, UncertaintiesAreAlikeFromScanToScan) {
         std::sort(values.begin(), values.end());
         return values.back() / values[values.size() / 2];
     };
-    EXPECT_LT(most_to_median(drawn), 4.0);
+    EXPECT_LT(most_to_median(drawn), 3.0);
     EXPECT_GT(most_to_median(by_four), 10.0) << "or the case is none";
 }
 
