@@ -137,7 +137,12 @@ class EdgeJoints {
         return true;
     }
     ToldEdge told() const {
-        ToldEdge edge{joints_[0], joints_[1]};
+        ToldEdge edge{joints_[0], joints_[1],
+                      [curve = &curve_, conic = *conic_, ball_mm = around_.edge.ball_mm](double t) {
+                          const Jet jet = curve->jet(curve->wrap(t));
+                          const Vec2 normal = conic.normal(jet.position, jet.right_normal());
+                          return 1.0 / (conic.radius_mm(normal) + ball_mm);
+                      }};
         for (ToldJoint* joint : {&edge.begin, &edge.end})
             joint->t = curve_.wrap(joint->t);
         return edge;

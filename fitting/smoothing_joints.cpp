@@ -75,8 +75,9 @@ void put_told_ones(std::span<const ToldEdge> told, const SmoothingSystem& system
 /// One try with given joints.
 class Placement {
   public:
-    Placement(SmoothingSystem& system, std::vector<CurvatureJoint> joints, double most_variance_mm2)
-        : system_(system), joints_(std::move(joints)), most_variance_mm2_(most_variance_mm2) {
+    Placement(SmoothingSystem& system, std::vector<CurvatureJoint> joints, double most_variance_mm2,
+              std::span<const ToldEdge> told)
+        : system_(system), joints_(std::move(joints)), most_variance_mm2_(most_variance_mm2), told_(told) {
         refuted_.assign(joints_.size(), 0);
     }
 
@@ -113,7 +114,30 @@ class Placement {
             const double sigma_mm = has_told_place(joint) ? joint.told_sigma_mm : 0.5 * joint.width_mm;
             free_joint(system_, knots_[j], joint.step, sigma_mm);
         }
+        for (const ToldEdge& edge : told_)
+            if (is_at(edge.begin) && is_at(edge.end)) expect(edge);
         return true;
+    }
+
+    bool is_at(const ToldJoint& told) const {
+        const double t = on_grid(told.t);
+        return std::any_of(joints_.begin(), joints_.end(),
+                           [&](const CurvatureJoint& joint) { return has_told_place(joint) && joint.t == t; });
+    }
+
+    /// Between its joints the curvature changes as it is told.
+    void expect(const ToldEdge& edge) {
+        const auto& breaks = system_.breaks();
+        const double period = system_.curve().period();
+        const auto ahead = [&](double t) { return t < edge.begin.t ? t - edge.begin.t + period : t - edge.begin.t; };
+        const auto slope = [&](std::size_t span) {
+            return (edge.curvature(breaks[span + 1]) - edge.curvature(breaks[span])) / system_.lengths_mm()[span];
+        };
+        for (std::size_t k = 0; k < system_.spans(); ++k) {
+            if (ahead(breaks[k + 1]) > ahead(edge.end.t) || system_.roughness().held(k)) continue;
+            const double turn = slope(k + 1 < system_.spans() ? k + 1 : 0) - slope(k);
+            system_.expect_jump(k, turn / std::sqrt(system_.mean_length_mm(k)));
+        }
     }
 
     bool none_refuted() const {
@@ -210,6 +234,7 @@ class Placement {
     std::vector<char> refuted_;
     std::vector<KnotCluster> knots_;
     double most_variance_mm2_;
+    std::span<const ToldEdge> told_;
     bool strayed_ = false;  // in the latest shift, so far that another one follows
 };
 
@@ -226,7 +251,7 @@ core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system, s
     const auto plain = joints.empty() ? SmoothingSystem::State() : system.state();
     const double most_variance_mm2 = most_control_variance * largest_variance_mm2(system);
     while (!joints.empty()) {
-        Placement placement(system, joints, most_variance_mm2);
+        Placement placement(system, joints, most_variance_mm2, told);
         if (placement.run()) {
             std::vector<CurvatureStep> steps;
             for (const CurvatureJoint& joint : placement.joints())

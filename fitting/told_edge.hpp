@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <span>
 
 #include "core/error.hpp"
@@ -16,13 +17,15 @@ struct ToldJoint {
     double reach_mm = 0.0;  ///< a joint with such a step that the curve shows no farther away is this one
 };
 
-/// An edge that is told from one joint to the other.
+/// An edge whose form is told from one joint to the other.
 struct ToldEdge {
     ToldJoint begin, end;
+    std::function<double(double)> curvature;  ///< of the curve of ball centres by that parameter, 1/mm
 };
 
 /// `smooth_closed` without bridges, where edges are told: joints that the curve shows there are where they are told,
-/// and others come to them; each has to be borne out by the points all the same.
+/// and others come to them; each has to be borne out by the points all the same. Between the two of an edge the
+/// curvature is expected to change as it is told.
 core::Result<SmoothCurve> smooth_with_told_edges(std::span<const Vec2> points, std::span<const ToldEdge> told);
 
 }  // namespace cmm::fitting
