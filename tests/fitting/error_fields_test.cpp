@@ -39,7 +39,7 @@ struct Subject {
         // What an error turns by itself, such as whether an edge is a conic up to its joints, is worth least among
         // many.
         scanning.points = 2000;
-        scanning.sigma_mm = 0.5 * um;
+        scanning.sigma_mm = 0.2 * um;
         scanning.bad_share = 0.0;
         auto scan = families::scan(blade, scanning);
         drawn_errors::displace(blade, machine, scan);
@@ -128,9 +128,9 @@ std::map<std::string, Machine> single_errors() {
     return all;
 }
 
-/// Between nose and tail the slopes are 1.12 times as steep on purpose (camber_line.cpp).
+/// How the camber line is continued to nose and tail counts 1.12 times on purpose (camber_line.cpp).
 double slack_of(const std::string& name) {
-    return name == "chord NOSETAIL" || name == "stagger" ? 0.14 : 0.0;
+    return name == "stagger" ? 0.14 : 0.0;
 }
 
 TEST(ErrorFields, EveryNumberMovesAsItsSlopesSay) {
@@ -151,7 +151,7 @@ TEST(ErrorFields, EveryNumberMovesAsItsSlopesSay) {
                 const double slope = predicted(before, measure.slopes, machine);
                 const double most = largest_of(before, measure.slopes, machine);
                 EXPECT_NEAR(moved.at(name).value - measure.value, slope,
-                            slack_of(name) * std::abs(slope) + 0.05 * most + 0.095 * um)
+                            slack_of(name) * std::abs(slope) + 0.05 * most + 0.05 * um)
                     << subject.blade.name() << ", " << error << ": " << name;
                 ++compared;
             }
