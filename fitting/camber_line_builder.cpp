@@ -2,11 +2,10 @@
 #include "fitting/camber_line_builder.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
-
-#include "fitting/circle.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -30,15 +29,27 @@ core::Status refuse(const char* why) {
     return core::fail(core::ErrorCode::fit_not_evaluable, why);
 }
 
-/// Straight where the circle is too small for the line to be a function of x over it, or too large to matter: its
-/// ordinates differ from a cubic by x^4/(8 r^3). To first order the cubic takes up what moves the arc.
+/// The circle y = a (x^2 + y^2) + b x + d that leaves least of the ordinates: where the centres bend both ways it is as
+/// straight as they are on the whole (Kasa's is then a small one). Straight where it is too small for the line to be a
+/// function of x over it, or too large to matter: its ordinates differ from a cubic by x^4/(8 r^3). To first order the
+/// cubic takes up what moves the arc.
 CamberEnd::Arc arc_through(const std::vector<Vec2>& centres, double last_mm, double scale_mm) {
-    const auto circle = fit_circle_kasa(centres);
-    if (!circle || !(circle->radius < largest_arc * last_mm)) return {};
-    const double side = centres[centres.size() / 2].y() < circle->centre.y() ? -1.0 : 1.0;
-    const double farthest = std::max(last_mm - circle->centre.x(), circle->centre.x() + nearest_scales * scale_mm);
-    if (!(circle->radius > smallest_arc * farthest)) return {};
-    return {circle->centre, circle->radius, side};
+    Eigen::MatrixX3d design(static_cast<Eigen::Index>(centres.size()), 3);
+    Eigen::VectorXd ordinates(design.rows());
+    for (std::size_t i = 0; i < centres.size(); ++i) {
+        const Vec2 p = centres[i] / last_mm;
+        design.row(static_cast<Eigen::Index>(i)) << p.squaredNorm(), p.x(), 1.0;
+        ordinates[static_cast<Eigen::Index>(i)] = p.y();
+    }
+    const Eigen::Vector3d circle = design.colPivHouseholderQr().solve(ordinates);
+    const double bend = 2.0 * circle[0];
+    if (!(std::abs(bend) * largest_arc > 1.0)) return {};
+    const Vec2 centre(-circle[1] / bend * last_mm, last_mm / bend);
+    const double square = circle[1] * circle[1] + 1.0 - 2.0 * bend * circle[2];
+    const double radius = std::sqrt(std::max(square, 0.0)) / std::abs(bend) * last_mm;
+    const double farthest = std::max(last_mm - centre.x(), centre.x() + nearest_scales * scale_mm);
+    if (!(radius > smallest_arc * farthest)) return {};
+    return {centre, radius, bend > 0.0 ? -1.0 : 1.0};
 }
 
 }  // namespace

@@ -320,7 +320,7 @@ void SectionTruth::continue_line(bool le, End& end) const {
     constexpr int count = 25;
     Eigen::Matrix<double, count, 4> design;
     Eigen::Matrix<double, count, 3> circles;
-    Eigen::Matrix<double, count, 1> ordinate, square;
+    Eigen::Matrix<double, count, 1> ordinate;
     for (int k = 0; k < count; ++k) {
         const double x = end.first + (end.unit - end.first) * k / (count - 1);
         const double w =
@@ -329,15 +329,13 @@ void SectionTruth::continue_line(bool le, End& end) const {
         const double u = (c.centre - end.origin).dot(end.axis) / end.unit;
         design.row(k) << 1.0, u, u * u, u * u * u;
         ordinate[k] = (c.centre - end.origin).dot(left(end.axis));
-        const Vec2 off(u * end.unit, ordinate[k]);
-        circles.row(k) << 2.0 * off.x(), 2.0 * off.y(), 1.0;
-        square[k] = off.squaredNorm();
+        circles.row(k) << 1.0, u * end.unit, std::pow(u * end.unit, 2) + ordinate[k] * ordinate[k];
     }
-    // The circle |p|^2 = 2 p.c + e through the centres; none where they lie on a straight line.
-    const Eigen::Vector3d arc = circles.colPivHouseholderQr().solve(square);
-    end.arc_centre = arc.head<2>();
-    end.arc_radius = std::sqrt(arc[2] + end.arc_centre.squaredNorm());
-    end.arc_side = ordinate[count / 2] < arc[1] ? -1.0 : 1.0;
+    // The circle y = d + b x + a (x^2 + y^2) through the centres; none where they lie on a straight line.
+    const Eigen::Vector3d arc = circles.colPivHouseholderQr().solve(ordinate);
+    end.arc_centre = Vec2(-arc[1], 1.0) / (2.0 * arc[2]);
+    end.arc_radius = std::sqrt(end.arc_centre.squaredNorm() - arc[0] / arc[2]);
+    end.arc_side = arc[2] > 0.0 ? -1.0 : 1.0;
     if (!(end.arc_radius < 1000.0 * end.unit)) end.arc_radius = 0.0;
     Eigen::Matrix<double, count, 1> beside;
     for (int k = 0; k < count; ++k)
