@@ -10,8 +10,9 @@
 namespace cmm::fitting {
 namespace {
 
-/// Where the continued line meets the contour is told by the same points as how it is continued: what that adds to the
-/// standard deviation of it, measured on the three families (docs/measured.md).
+/// Where nose and tail are sought is told by the same points as what is found there: what that adds to their standard
+/// deviation, measured on the three families (docs/measured.md). Of all that moves them alike, or a number of a contour
+/// that is moved as a whole would feel it.
 constexpr double chosen_place = 1.12;
 
 constexpr int search_steps = 40;
@@ -53,7 +54,7 @@ void CamberEnd::add_cubic(const ContourGeometry& contour, double x, double weigh
 }
 
 void CamberEnd::add(const ContourGeometry& contour, const Vec2& gradient, Sensitivity& number) const {
-    contour.add(place_, gradient.dot(by_normal_), number);
+    contour.add(place_, chosen_place * gradient.dot(by_normal_), number);
     add_cubic(contour, x_, chosen_place * gradient.dot(by_camber_), number);
 }
 

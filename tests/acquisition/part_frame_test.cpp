@@ -55,7 +55,7 @@ TEST_F(PartFrameTest, NumbersFeelAWrongHeightAsTheSectionsBesideItSay) {
         // In quadrature with the noise, which is next to nothing here; the error of the 2-D offset is added.
         const double by_height =
             plain.fit->contour_noise.coverage() * u_mm * std::abs(*up->value - *low->value) / apart_mm;
-        // How the camber line is continued counts 1.12 times (docs/theory.md, section 13).
+        // A nose counts 1.12 times (docs/theory.md, section 13).
         EXPECT_NEAR(*now->u95 - *before->u95, by_height, 0.15 * by_height + 0.1 * *before->u95) << name;
     }
 }
