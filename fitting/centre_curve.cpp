@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/text.hpp"
+#include "fitting/closed_smoothing.hpp"
 #include "fitting/closest_point.hpp"
 #include "fitting/cyclic.hpp"
 #include "fitting/edge_fit.hpp"
@@ -146,7 +147,7 @@ class CentreFitter {
             auto bridges = bridges_over(good_, gaps, options_);
             if (!bridges) return tl::unexpected(std::move(bridges.error()));
             fit_.missing = std::move(bridges->missing);
-            auto smooth = smooth_closed(good_, bridges->over);
+            auto smooth = smoothing_.run(good_, bridges->over);
             if (!smooth) return tl::unexpected(smooth.error());
             smooth_ = std::move(*smooth);
             if (cuts > 0) break;
@@ -157,12 +158,12 @@ class CentreFitter {
         return {};
     }
 
-    /// The edges as a whole know where they end, better than the curve: then it is smoothed once more.
+    /// The edges as a whole know where they end, better than the curve: then its joints are placed once more.
     void tell_edges() {
         if (smooth_.sigma_mm < least_noise_mm || has_gaps_) return;
         const auto told = edges_by_conics(smooth_, good_, options_.ball_radius_mm);
         if (told.empty()) return;
-        auto with_edges = smooth_with_told_edges(good_, told);
+        auto with_edges = smoothing_.with(told);
         if (with_edges && with_edges->joints.size() >= smooth_.joints.size()) fit_.with_edges = std::move(*with_edges);
     }
 
@@ -365,6 +366,7 @@ class CentreFitter {
     std::vector<Vec2> good_;           // the points that smooth_ was fitted to
     std::vector<std::size_t> fitted_;  // their lap positions
     bool has_gaps_ = false;            // they have
+    ClosedSmoothing smoothing_;
     SmoothCurve smooth_;
 };
 

@@ -7,12 +7,12 @@
 #include <string>
 #include <utility>
 
+#include "fitting/closed_smoothing.hpp"
 #include "fitting/knot_spacing.hpp"
 #include "fitting/lack_of_fit.hpp"
 #include "fitting/smoothing_joints.hpp"
 #include "fitting/smoothing_system.hpp"
 #include "fitting/statistics.hpp"
-#include "fitting/told_edge.hpp"
 
 namespace cmm::fitting {
 namespace {
@@ -120,16 +120,26 @@ class Course {
     std::vector<std::size_t> measured_;
 };
 
+/// Of those that were measured: where a point is only supposed, the curve is where it should be.
+std::vector<char> points_not_followed(const SmoothingSystem& system, std::span<const double> supposed_sigma_mm) {
+    std::vector<double> residuals = system.residuals();
+    for (std::size_t i = 0; i < supposed_sigma_mm.size(); ++i)
+        if (supposed_sigma_mm[i] > 0.0) residuals[i] = 0.0;
+    return not_followed(residuals, least_sigma_mm);
+}
+
+bool any(std::span<const char> flags) {
+    return std::find(flags.begin(), flags.end(), 1) != flags.end();
+}
+
 /// A curve from its points to its joints.
 class Smoothing {
   public:
     /// Points in order round and their first parameters; the points whose chords were measured.
     Smoothing(std::span<const Vec2> points, std::vector<double> t, const ChordLengths& chords,
-              std::span<const Vec2> points_of_chords, double sigma_mm, std::vector<double> supposed_sigma_mm,
-              std::span<const ToldEdge> told)
-        : told_(told),
-          supposed_sigma_mm_(std::move(supposed_sigma_mm)),
-          system_(points, sigma_mm, supposed_sigma_mm_),
+              std::span<const Vec2> points_of_chords, double sigma_mm, std::span<const double> supposed_sigma_mm)
+        : supposed_sigma_mm_(supposed_sigma_mm),
+          system_(points, sigma_mm, supposed_sigma_mm),
           t_(std::move(t)),
           period_(chords.period) {
         for (const std::size_t i : chords.anchors) {
@@ -143,8 +153,8 @@ class Smoothing {
         if (auto status = start(); !status) return status;
         if (auto status = fit(); !status) return status;
         // What joints do not explain is narrower than the spans.
-        const std::vector<char> lacking = points_not_followed();
-        if (std::find(lacking.begin(), lacking.end(), 1) == lacking.end()) return {};
+        const std::vector<char> lacking = points_not_followed(system_, supposed_sigma_mm_);
+        if (!any(lacking)) return {};
         SmoothingSystem fitted = system_;
         const auto finer = start_finer(lacking);
         if (!finer) return tl::unexpected(finer.error());
@@ -155,11 +165,13 @@ class Smoothing {
 
     SmoothingSystem& system() { return system_; }
     std::vector<CurvatureStep>& joints() { return joints_; }
+    SmoothingSystem::State& plain() { return plain_; }
 
   private:
     core::Status fit() {
         if (auto status = system_.refine(free_tunings); !status) return status;
-        auto joints = place_joints(system_, told_);
+        plain_ = system_.state();
+        auto joints = place_joints(system_, plain_, {});
         if (!joints) return tl::unexpected(joints.error());
         joints_ = std::move(*joints);
         return {};
@@ -187,14 +199,6 @@ class Smoothing {
         return any;
     }
 
-    /// Of those that were measured: where a point is only supposed, the curve is where it should be.
-    std::vector<char> points_not_followed() const {
-        std::vector<double> residuals = system_.residuals();
-        for (std::size_t i = 0; i < supposed_sigma_mm_.size(); ++i)
-            if (supposed_sigma_mm_[i] > 0.0) residuals[i] = 0.0;
-        return not_followed(residuals, least_sigma_mm);
-    }
-
     core::Status anew() {
         const std::size_t most = std::clamp(anchors_.size() * 2, least_spans, most_spans);
         return system_.start(graded_knots(anchors_, anchor_t_, period_, turn_rad_, most, widest_), t_);
@@ -202,7 +206,7 @@ class Smoothing {
 
     /// Halves the spans that do not follow `lacking` points, as `widest_` of the anchors there. Are there any?
     bool halve(std::span<const char> lacking) {
-        const std::vector<char> still = points_not_followed();
+        const std::vector<char> still = points_not_followed(system_, supposed_sigma_mm_);
         const auto& breaks = system_.breaks();
         const auto last_not_above = [](std::span<const double> values, double value) {
             return static_cast<std::size_t>(std::upper_bound(values.begin() + 1, values.end(), value) -
@@ -223,9 +227,9 @@ class Smoothing {
         return any;
     }
 
-    std::span<const ToldEdge> told_;
-    std::vector<double> supposed_sigma_mm_;  // 0: measured; empty: all are
+    std::span<const double> supposed_sigma_mm_;
     SmoothingSystem system_;
+    SmoothingSystem::State plain_;  // before its joints
     std::vector<double> t_;
     std::vector<Vec2> anchors_;
     std::vector<double> anchor_t_;
@@ -235,8 +239,9 @@ class Smoothing {
     std::vector<CurvatureStep> joints_;
 };
 
-core::Result<SmoothCurve> smooth(std::span<const Vec2> measured, std::span<const GapBridge> bridges,
-                                 std::span<const ToldEdge> told) {
+}  // namespace
+
+core::Result<SmoothCurve> ClosedSmoothing::run(std::span<const Vec2> measured, std::span<const GapBridge> bridges) {
     if (measured.size() < points_needed)
         return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: needs " + std::to_string(points_needed) +
                                                             " points, got " + std::to_string(measured.size()));
@@ -247,34 +252,38 @@ core::Result<SmoothCurve> smooth(std::span<const Vec2> measured, std::span<const
     if (!std::isfinite(sigma_mm) || !(chords.period > 0.0 && chords.period < longest_period_mm))
         return core::fail(ErrorCode::fit_not_evaluable, "smoothing spline: the points span no plausible length");
     const std::size_t n = points.size();
-    std::vector<std::size_t> order(n);  // of the points by parameter
-    std::iota(order.begin(), order.end(), std::size_t{0});
+    order_.resize(n);
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
     if (!std::is_sorted(chords.t.begin(), chords.t.end()))
-        std::stable_sort(order.begin(), order.end(),
+        std::stable_sort(order_.begin(), order_.end(),
                          [&](std::size_t a, std::size_t b) { return chords.t[a] < chords.t[b]; });
     // Far from the origin a coordinate has fewer digits behind the point.
-    const Vec2 origin(std::round(points[0].x()), std::round(points[0].y()));
-    std::vector<Vec2> in_order(n);
+    origin_ = Vec2(std::round(points[0].x()), std::round(points[0].y()));
+    points_.resize(n);
     std::vector<double> t(n);
     for (std::size_t i = 0; i < n; ++i) {
-        in_order[i] = points[order[i]] - origin;
-        t[i] = chords.t[order[i]];
+        points_[i] = points[order_[i]] - origin_;
+        t[i] = chords.t[order_[i]];
     }
+    supposed_sigma_mm_ = course.supposed_sigma_mm(order_);
+    course.number_as_measured(order_);
 
-    Smoothing smoothing(in_order, std::move(t), chords, points, sigma_mm, course.supposed_sigma_mm(order), told);
+    Smoothing smoothing(points_, std::move(t), chords, points, sigma_mm, supposed_sigma_mm_);
     if (auto status = smoothing.run(); !status) return tl::unexpected(status.error());
-    course.number_as_measured(order);
-    return std::move(smoothing.system()).finish(std::move(smoothing.joints()), order, origin, own_roughness_doubt);
+    plain_ = std::move(smoothing.plain());
+    return std::move(smoothing.system()).finish(std::move(smoothing.joints()), order_, origin_, own_roughness_doubt);
 }
 
-}  // namespace
+core::Result<SmoothCurve> ClosedSmoothing::with(std::span<const ToldEdge> told) const {
+    SmoothingSystem system(points_, plain_.sigma_mm, supposed_sigma_mm_);
+    if (auto status = system.restore(plain_); !status) return tl::unexpected(status.error());
+    auto joints = place_joints(system, plain_, told);
+    if (!joints) return tl::unexpected(joints.error());
+    return std::move(system).finish(std::move(*joints), order_, origin_, own_roughness_doubt);
+}
 
 core::Result<SmoothCurve> smooth_closed(std::span<const Vec2> points, std::span<const GapBridge> bridges) {
-    return smooth(points, bridges, {});
-}
-
-core::Result<SmoothCurve> smooth_with_told_edges(std::span<const Vec2> points, std::span<const ToldEdge> told) {
-    return smooth(points, {}, told);
+    return ClosedSmoothing().run(points, bridges);
 }
 
 }  // namespace cmm::fitting

@@ -24,13 +24,6 @@ bool has_told_place(const CurvatureJoint& joint) {
     return joint.told_sigma_mm > 0.0;
 }
 
-double largest_variance_mm2(const SmoothingSystem& system) {
-    double largest = 0.0;
-    for (std::size_t k = 0; k < system.spans(); ++k)
-        largest = std::max(largest, system.control_variance(k));
-    return system.sigma_mm() * system.sigma_mm() * largest;
-}
-
 CurvatureJoint without_ramp(const ToldJoint& told, const std::vector<double>& breaks) {
     const auto above = std::upper_bound(breaks.begin(), breaks.end(), told.t) - breaks.begin();
     const auto span = static_cast<std::size_t>(above) - 1;
@@ -240,7 +233,8 @@ class Placement {
 
 }  // namespace
 
-core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system, std::span<const ToldEdge> told) {
+core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system, const SmoothingSystem::State& plain,
+                                                      std::span<const ToldEdge> told) {
     system.measure_jumps();
     auto joints = find_curvature_joints(system.breaks(), system.slopes(), system.lengths_mm(), system.sigma_mm());
     add_supposed_joints(system.breaks(), system.slopes(), system.lengths_mm(), system.sigma_mm(), joints);
@@ -248,8 +242,7 @@ core::Result<std::vector<CurvatureStep>> place_joints(SmoothingSystem& system, s
     put_told_ones(told, system, joints);
     for (CurvatureJoint& joint : joints)
         joint.t = on_grid(joint.t);
-    const auto plain = joints.empty() ? SmoothingSystem::State() : system.state();
-    const double most_variance_mm2 = most_control_variance * largest_variance_mm2(system);
+    const double most_variance_mm2 = most_control_variance * plain.largest_variance_mm2;
     while (!joints.empty()) {
         Placement placement(system, joints, most_variance_mm2, told);
         if (placement.run()) {

@@ -94,6 +94,13 @@ core::Status SmoothingSystem::change_breaks(std::vector<double> breaks, const st
     return {};
 }
 
+SmoothingSystem::State SmoothingSystem::state() const {
+    double largest = 0.0;
+    for (std::size_t k = 0; k < spans_; ++k)
+        largest = std::max(largest, control_variance(k));
+    return {breaks_, t_, controls_, roughness_, sigma_, sigma_ * sigma_ * largest};
+}
+
 core::Status SmoothingSystem::restore(const State& state) {
     breaks_ = state.breaks;
     t_ = state.t;

@@ -54,8 +54,9 @@ class SmoothingSystem {
         std::vector<Vec2> controls;
         Roughness roughness;
         double sigma_mm = 0.0;
+        double largest_variance_mm2 = 0.0;  ///< of a control across the curve
     };
-    State state() const { return {breaks_, t_, controls_, roughness_, sigma_}; }
+    State state() const;
     core::Status restore(const State& state);
 
     std::size_t spans() const { return spans_; }

@@ -2,10 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <span>
-
-#include "core/error.hpp"
-#include "fitting/smoothing.hpp"
 
 namespace cmm::fitting {
 
@@ -22,10 +18,5 @@ struct ToldEdge {
     ToldJoint begin, end;
     std::function<double(double)> curvature;  ///< of the curve of ball centres by that parameter, 1/mm
 };
-
-/// `smooth_closed` without bridges, where edges are told: joints that the curve shows there are where they are told,
-/// and others come to them; each has to be borne out by the points all the same. Between the two of an edge the
-/// curvature is expected to change as it is told.
-core::Result<SmoothCurve> smooth_with_told_edges(std::span<const Vec2> points, std::span<const ToldEdge> told);
 
 }  // namespace cmm::fitting

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Where edges of the three families end, by conics through them, and what that makes of the curve.
 #include "fitting/edges_by_conics.hpp"
+#include "fitting/closed_smoothing.hpp"
 
 #include <gtest/gtest.h>
 
@@ -144,9 +145,10 @@ TEST(EdgesByConics, BringTheCurveNearerToThePart) {
     for (std::uint64_t k = 0; k < blades; ++k) {
         const auto blade = families::make(families::Family::fan, 700 + k);
         const auto points = points_of(blade, k + 1);
-        const auto smooth = smooth_closed(points);
+        ClosedSmoothing smoothing;
+        const auto smooth = smoothing.run(points);
         ASSERT_TRUE(smooth);
-        const auto with_edges = smooth_with_told_edges(points, edges_by_conics(*smooth, points, ball_mm));
+        const auto with_edges = smoothing.with(edges_by_conics(*smooth, points, ball_mm));
         ASSERT_TRUE(with_edges);
         add(blade, *smooth, untold);
         add(blade, *with_edges, told);
@@ -164,14 +166,15 @@ TEST(EdgesByConics, BringTheCurveNearerToThePart) {
 TEST(EdgesByConics, AreNotBelievedAgainstThePoints) {
     const auto blade = families::make(families::Family::turbine, 3);
     const auto points = points_of(blade, 3);
-    const auto smooth = smooth_closed(points);
+    ClosedSmoothing smoothing;
+    const auto smooth = smoothing.run(points);
     ASSERT_TRUE(smooth);
     auto told = edges_by_conics(*smooth, points, ball_mm);
     ASSERT_FALSE(told.empty());
     ToldEdge& edge = told.front();
     const double place = edge.begin.t;
     edge.begin.t = smooth->curve.wrap(place - 5.0);
-    const auto with_edges = smooth_with_told_edges(points, told);
+    const auto with_edges = smoothing.with(told);
     ASSERT_TRUE(with_edges);
     const auto nearest_mm = [&](double t) {
         double nearest = 1e9;
