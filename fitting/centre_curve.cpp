@@ -53,8 +53,9 @@ class CentreFitter {
     core::Result<CentreCurve> run() {
         if (auto status = order(); !status) return tl::unexpected(status.error());
         if (auto status = fit_curve(); !status) return tl::unexpected(status.error());
-        write_verdicts();
         tell_edges();
+        if (hear_edges()) tell_edges();
+        write_verdicts();
         fit_.smooth = std::move(smooth_);
         fit_.good = std::move(good_);
         return std::move(fit_);
@@ -165,6 +166,40 @@ class CentreFitter {
         if (told.empty()) return;
         auto with_edges = smoothing_.with(told);
         if (with_edges && with_edges->joints.size() >= smooth_.joints.size()) fit_.with_edges = std::move(*with_edges);
+    }
+
+    /// Good points that went with bad ones beside a joint come back: those that the curve with told edges bears out, if
+    /// the curve through them does so as well. False when there are none.
+    bool hear_edges() {
+        if (!fit_.with_edges) return false;
+        const std::vector<RejectReason> before = reason_;
+        std::size_t good = 0;
+        for (std::size_t k = 0; k < points_.size(); ++k) {
+            if (reason_[k] == RejectReason::none)
+                ++good;
+            else if (bears_out(*fit_.with_edges, good, points_[k]))
+                reason_[k] = RejectReason::none;
+        }
+        if (reason_ == before) return false;
+        if (!fit_good_points()) {
+            reason_ = before;
+        } else {
+            for (std::size_t i = 0; i < fitted_.size(); ++i)
+                if (std::abs(smooth_.residual[i]) >
+                    restore_sigmas * smooth_.sigma_mm * std::sqrt(1.0 - smooth_.leverage[i]))
+                    reason_[fitted_[i]] = before[fitted_[i]];
+        }
+        return fit_good_points();
+    }
+
+    bool fit_good_points() {
+        collect_good_points();
+        auto smooth = smoothing_.run(good_);
+        if (!smooth) return false;
+        smooth_ = std::move(*smooth);
+        for (std::size_t i = 0; i < fitted_.size(); ++i)
+            residual_[fitted_[i]] = smooth_.residual[i];
+        return check_turning().has_value();
     }
 
     /// Beside a gap a bad point has no neighbours beyond, and the curve may follow it: where it does so badly, the
@@ -291,18 +326,27 @@ class CentreFitter {
     /// Signed distance of a point that is not in the fit, searched from the nearer of its good neighbours, the
     /// `behind`-th good point and the one before: between them may be a gap.
     double distance_between(std::size_t behind, const Vec2& p) const {
-        const PiecewiseCubic& curve = smooth_.curve;
+        const Jet jet = smooth_.curve.jet(foot_between(smooth_, behind, p));
+        return std::copysign((p - jet.position).norm(), (p - jet.position).dot(jet.right_normal()));
+    }
+    /// Whether such a point is as near to a curve as the noise of both allows.
+    bool bears_out(const SmoothCurve& smooth, std::size_t behind, const Vec2& p) const {
+        const double t = smooth.curve.wrap(foot_between(smooth, behind, p));
+        const double distance = (p - smooth.curve.jet(t).position).norm();
+        return distance <= restore_sigmas * std::hypot(smooth.sigma_mm, smooth.noise.sigma_mm(t));
+    }
+    double foot_between(const SmoothCurve& smooth, std::size_t behind, const Vec2& p) const {
+        const PiecewiseCubic& curve = smooth.curve;
         const std::size_t n = good_.size(), after = behind % n, before = (behind + n - 1) % n;
         const bool is_before = (good_[before] - p).squaredNorm() <= (good_[after] - p).squaredNorm();
-        double t = smooth_.parameter[is_before ? before : after];
+        double t = smooth.parameter[is_before ? before : after];
         for (int step = 0; step < 10; ++step) {
             const Jet jet = curve.jet(t);
             const double move = (p - jet.position).dot(jet.d1) / std::max(jet.d1.squaredNorm(), 1e-12);
             t += std::clamp(move, -0.02 * curve.period(), 0.02 * curve.period());
             if (std::abs(move) < 1e-9 * curve.period()) break;
         }
-        const Jet jet = curve.jet(t);
-        return std::copysign((p - jet.position).norm(), (p - jet.position).dot(jet.right_normal()));
+        return t;
     }
 
     /// A closed curve without crossings turns once (Hopf's Umlaufsatz).

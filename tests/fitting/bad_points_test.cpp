@@ -308,6 +308,26 @@ TEST(BadPointsOfFamilies, SteepRunsDoNotExcuseThemselves) {
     EXPECT_GE(high, 4U);
 }
 
+/// Beside bad ones at a joint: the curve alone does not know the way there, the edge as a whole does.
+TEST(BadPointsOfFamilies, GoodPointsThatWentWithThemComeBackWhereTheEdgeKnows) {
+    Tally sum;
+    for (const std::uint64_t number : {483, 817}) {
+        const families::Blade blade = families::make(Family::fan, number);
+        ScanOptions scanning;
+        scanning.seed = number + 7777;
+        const BladeScan scan = families::scan(blade, scanning);
+        SectionOptions options;
+        options.ball_radius_mm = scanning.ball_mm;
+        const auto fit = fit_section(scan.points, {}, options);
+        ASSERT_TRUE(fit) << fit.error().message;
+        for (std::size_t i = 0; i < scan.points.size(); ++i)
+            sum.add(scan, i, fit->verdicts[i].reason != RejectReason::none);
+    }
+    sum.print("beside joints");
+    EXPECT_EQ(sum.missed, 0U);
+    EXPECT_EQ(sum.lost, 0U);
+}
+
 TEST(BadPointsOfFamilies, EveryOneHasItsResidualAndItsThreshold) {
     ScanOptions options;
     options.bad_share = 0.03;
