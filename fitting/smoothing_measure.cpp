@@ -8,7 +8,7 @@ namespace cmm::fitting {
 namespace {
 
 constexpr double longest_correction = 0.01;  // of a foot, of the period
-constexpr double least_speed = 0.05;         // of the parameter, which is nearly a length; below it the curve has a cusp
+constexpr double least_speed = 0.05;  // of the parameter, which is nearly a length; below it the curve has a cusp
 
 }  // namespace
 
