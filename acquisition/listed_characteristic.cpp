@@ -20,8 +20,9 @@ std::vector<ListedCharacteristic> all_characteristics(const PartResult& part) {
         for (const auto& one : section.characteristics)
             all.push_back({at_height(one.name, section.z_mm), &one});
     for (const auto& [one, index] : part.characteristics) {
-        const auto found = std::find_if(part.sections.begin(), part.sections.end(),
-                                        [&](const SectionResult& section) { return index == section.index; });
+        const auto found =
+            std::find_if(part.sections.begin(), part.sections.end(),
+                         [&, index = index](const SectionResult& section) { return index == section.index; });
         all.push_back({found == part.sections.end() ? one.name : at_height(one.name, found->z_mm), &one});
     }
     return all;

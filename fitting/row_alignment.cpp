@@ -176,7 +176,7 @@ RowAlignment::RowAlignment(std::span<const RowFeatures> rows) {
                                     {RowFeatures::te_end, RowFeatures::te_nose},
                                     {RowFeatures::le_begin, RowFeatures::le_nose}}) {
         const bool before_le = end == RowFeatures::le_begin;
-        const auto origin = [&](std::size_t k) { return before_le ? rows[k].length_mm : ahead[nose][k]; };
+        const auto origin = [&, nose = nose](std::size_t k) { return before_le ? rows[k].length_mm : ahead[nose][k]; };
         std::vector<std::optional<Known>> ends(n);
         ToldJoints told(n);
         for (std::size_t k = 0; k < n; ++k) {

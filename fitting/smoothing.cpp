@@ -50,7 +50,8 @@ struct ChordLengths {
 /// Chord lengths between anchors that are clearly farther apart than the noise; the points between are projected.
 ChordLengths chord_lengths(std::span<const Vec2> points, double sigma_mm) {
     ChordLengths out;
-    auto& [t, period, anchors] = out;
+    std::vector<double>& t = out.t;
+    std::vector<std::size_t>& anchors = out.anchors;
     const std::size_t n = points.size();
     const double apart = anchor_sigmas * sigma_mm;
     t.assign(n, 0.0);
@@ -71,7 +72,7 @@ ChordLengths chord_lengths(std::span<const Vec2> points, double sigma_mm) {
         anchor = i;
         anchors.push_back(i);
     }
-    period = project(anchor, n, points[0]);
+    out.period = project(anchor, n, points[0]);
     if (anchors.size() > 1 && (points[anchors.back()] - points[0]).norm() < apart) anchors.pop_back();
     return out;
 }

@@ -343,11 +343,12 @@ class RowsFitter {
         const double independent = std::max(1.0, 2.0 * window_share * freedom_along);  // columns in a window
         std::vector<std::size_t> softest = chosen_;
         for (std::size_t i = 0; i < softest.size(); ++i) {
-            const auto& [least, freedom] = scores[chosen_[i]];
+            const Score& chosen = scores[chosen_[i]];
             const auto as_good = [&](const Score& softer) {
                 if (softer.of_column.empty()) return false;
-                const double by_chance = std::sqrt(2.0 * (softer.freedom - freedom) / independent) / (m - freedom);
-                return softer.of_column[i] <= least[i] * (1.0 + surely_sigmas * by_chance);
+                const double by_chance =
+                    std::sqrt(2.0 * (softer.freedom - chosen.freedom) / independent) / (m - chosen.freedom);
+                return softer.of_column[i] <= chosen.of_column[i] * (1.0 + surely_sigmas * by_chance);
             };
             while (softest[i] > 0 && as_good(scores[softest[i] - 1]))
                 --softest[i];
