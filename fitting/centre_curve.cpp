@@ -161,6 +161,7 @@ class CentreFitter {
 
     /// The edges as a whole know where they end, better than the curve: then its joints are placed once more.
     void tell_edges() {
+        fit_.with_edges.reset();
         if (smooth_.sigma_mm < least_noise_mm || has_gaps_) return;
         const auto told = edges_by_conics(smooth_, good_, options_.ball_radius_mm);
         if (told.empty()) return;
@@ -181,17 +182,17 @@ class CentreFitter {
                 reason_[k] = RejectReason::none;
         }
         if (reason_ == before) return false;
-        if (!fit_good_points()) {
-            reason_ = before;
-        } else {
-            for (std::size_t i = 0; i < fitted_.size(); ++i)
-                if (std::abs(smooth_.residual[i]) >
-                    restore_sigmas * smooth_.sigma_mm * std::sqrt(1.0 - smooth_.leverage[i]))
-                    reason_[fitted_[i]] = before[fitted_[i]];
-        }
+        const bool all_fit = fit_good_points();
+        for (std::size_t i = 0; i < fitted_.size(); ++i)
+            if (!all_fit || std::abs(smooth_.residual[i]) >
+                                restore_sigmas * smooth_.sigma_mm * std::sqrt(1.0 - smooth_.leverage[i]))
+                reason_[fitted_[i]] = before[fitted_[i]];
+        if (fit_good_points()) return true;
+        reason_ = before;
         return fit_good_points();
     }
 
+    /// False when that is no section.
     bool fit_good_points() {
         collect_good_points();
         auto smooth = smoothing_.run(good_);
