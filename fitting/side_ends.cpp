@@ -23,6 +23,7 @@ constexpr std::ptrdiff_t near_edge = 3;             // points of the edge, of wh
 constexpr std::ptrdiff_t deep = 6, deepest = 96;    // points of the edge, to where the way has turned
 constexpr double least_turn_rad = 0.2;
 constexpr double agreeing = 3.0;    // standard deviations of a prediction
+constexpr double condemning = 4.0;  // of a doubtful point, where the side goes on without it
 constexpr double freeing_sd = 2.0;  // in sigmas: of a prediction that frees a point
 
 /// How far it is from each point to the next.
@@ -71,7 +72,10 @@ class SideEnd {
         Hearing hearing = hear(true);
         if (hearing.any_doubtful) {
             const Hearing other = hear(false);
-            if (other.unexplained() < hearing.unexplained()) hearing = other;
+            if (other.unexplained() < hearing.unexplained()) {
+                hearing = other;
+                hearing.condemn_doubtful();
+            }
         }
         if (longest_run(hearing) > static_cast<std::ptrdiff_t>(longest_bad_run)) return;
         for (std::ptrdiff_t k = 1 - judged; k <= hearing.told; ++k) {
@@ -97,6 +101,17 @@ class SideEnd {
 
         Word& of(std::ptrdiff_t k) { return words[static_cast<std::size_t>(k + judged - 1)]; }
         const Word& of(std::ptrdiff_t k) const { return words[static_cast<std::size_t>(k + judged - 1)]; }
+        /// Without them the side bore out a later point.
+        void condemn_doubtful() {
+            bool goes_on = false;
+            for (std::ptrdiff_t k = told; k > -judged; --k) {
+                Word& word = of(k);
+                if (word.doubtful && goes_on && std::abs(word.verdict.ratio()) > condemning)
+                    word.state = PointState::bad;
+                else
+                    goes_on = goes_on || (!word.doubtful && word.state == PointState::good);
+            }
+        }
         std::ptrdiff_t unexplained() const {
             std::ptrdiff_t count = -told;
             for (std::ptrdiff_t k = 1 - judged; k <= told; ++k)

@@ -133,7 +133,7 @@ TEST(NaturalNoses, GoodPointsBesideBadOnesComeBackWhenAllSectionsAreThere) {
 
 /// Who follows the events hears of the points that come back: what was told and not taken back is what is left out.
 TEST(NaturalNoses, PointsThatComeBackAreAnnounced) {
-    const MeasuredBlade measured(14, true, 1.8, 0.4);
+    const MeasuredBlade measured(13, true, 1.8, 0.4);
     core::ManualClock clock;
     EventHub events{clock};
     std::size_t rejected = 0, restored = 0;

@@ -71,6 +71,20 @@ TEST(SideEnds, RunsThatAnEdgeExcusedAreFound) {
     }
 }
 
+/// The last of a run of 31, 41 and 31 um is 4.4 standard deviations off the side, which goes on to its edge without it:
+/// kept, it brought back the two others, and the contour was 42 um off.
+TEST(SideEnds, WhatTheSideGoesOnWithoutIsBad) {
+    Scanned scanned(Family::fan, 2306, 0.015);
+    auto scanning = Scanned::options(0, 0.015, 600);
+    scanning.seed = 10083;
+    scanned.scan = families::scan(scanned.blade, scanning);
+    const auto fit = scanned.fit();
+    ASSERT_TRUE(fit) << fit.error().message;
+    for (std::size_t i = 0; i < scanned.scan.bad.size(); ++i)
+        EXPECT_EQ(is_bad(*fit, i), scanned.scan.bad[i] != 0.0) << i << " " << scanned.scan.bad[i];
+    EXPECT_LT(scanned.largest_off_mm(*fit), 0.004);
+}
+
 /// Two points 0.2 mm out, the fifth and the sixth of a side: the way bends back at them no more than noise makes it do
 /// on the edge, where points are 0.02 mm apart, and that is no concave side.
 TEST(SideEnds, NoiseOfADenseEdgeFreesNoRun) {
