@@ -22,7 +22,7 @@ StrayPoints strays_of(const FittedBlade& fitted, std::size_t k) {
 /// few have more.
 TEST(StrayPoints, WhatASectionTakesForItsFormTheOthersBetray) {
     std::size_t missed = 0, found = 0;
-    for (const std::uint64_t seed : {12, 24, 63, 91, 136, 168}) {
+    for (const std::uint64_t seed : {12, 24, 63, 114, 136, 168}) {
         const FittedBlade fitted(families::Family::fan, seed);
         SCOPED_TRACE(fitted.blade.name());
         for (std::size_t k = 0; k < fitted.fits.size(); ++k) {
