@@ -169,8 +169,8 @@ class CentreFitter {
         if (with_edges && with_edges->joints.size() >= smooth_.joints.size()) fit_.with_edges = std::move(*with_edges);
     }
 
-    /// Good points that went with bad ones beside a joint come back: those that the curve with told edges bears out, if
-    /// the curve through them does so as well. False when there are none.
+    /// Good points that their neighbours accused with bad ones beside a joint come back: those that the curve with told
+    /// edges bears out, if the curve through them does so as well. False when there are none.
     bool hear_edges() {
         if (!fit_.with_edges) return false;
         const std::vector<RejectReason> before = reason_;
@@ -178,16 +178,18 @@ class CentreFitter {
         for (std::size_t k = 0; k < points_.size(); ++k) {
             if (reason_[k] == RejectReason::none)
                 ++good;
-            else if (bears_out(*fit_.with_edges, good, points_[k]))
+            else if (reason_[k] == RejectReason::spline_residual && bears_out(*fit_.with_edges, good, points_[k]))
                 reason_[k] = RejectReason::none;
         }
         if (reason_ == before) return false;
-        const bool all_fit = fit_good_points();
+        bool stands = fit_good_points();
+        const std::vector<RejectReason> heard = reason_;
         for (std::size_t i = 0; i < fitted_.size(); ++i)
-            if (!all_fit || std::abs(smooth_.residual[i]) >
-                                restore_sigmas * smooth_.sigma_mm * std::sqrt(1.0 - smooth_.leverage[i]))
+            if (!stands || std::abs(smooth_.residual[i]) >
+                               restore_sigmas * smooth_.sigma_mm * std::sqrt(1.0 - smooth_.leverage[i]))
                 reason_[fitted_[i]] = before[fitted_[i]];
-        if (fit_good_points()) return true;
+        if (reason_ != heard) stands = fit_good_points();
+        if (stands) return true;
         reason_ = before;
         return fit_good_points();
     }

@@ -18,8 +18,7 @@ class ClosedSmoothing {
     core::Result<SmoothCurve> run(std::span<const Vec2> points, std::span<const GapBridge> bridges = {});
     /// The curve of the latest `run` where edges are told: joints that it shows there are where they are told, and
     /// others come to them; each has to be borne out by the points all the same. Between the two of an edge the
-    /// curvature is expected to change as it is told. Errors: fit_not_evaluable (singular, or it does not follow the
-    /// points).
+    /// curvature is expected to change as it is told. Errors: fit_not_evaluable (singular).
     core::Result<SmoothCurve> with(std::span<const ToldEdge> told) const;
 
   private:

@@ -121,18 +121,6 @@ class Course {
     std::vector<std::size_t> measured_;
 };
 
-/// Of those that were measured: where a point is only supposed, the curve is where it should be.
-std::vector<char> points_not_followed(const SmoothingSystem& system, std::span<const double> supposed_sigma_mm) {
-    std::vector<double> residuals = system.residuals();
-    for (std::size_t i = 0; i < supposed_sigma_mm.size(); ++i)
-        if (supposed_sigma_mm[i] > 0.0) residuals[i] = 0.0;
-    return not_followed(residuals, least_sigma_mm);
-}
-
-bool any(std::span<const char> flags) {
-    return std::find(flags.begin(), flags.end(), 1) != flags.end();
-}
-
 /// A curve from its points to its joints.
 class Smoothing {
   public:
@@ -154,8 +142,8 @@ class Smoothing {
         if (auto status = start(); !status) return status;
         if (auto status = fit(); !status) return status;
         // What joints do not explain is narrower than the spans.
-        const std::vector<char> lacking = points_not_followed(system_, supposed_sigma_mm_);
-        if (!any(lacking)) return {};
+        const std::vector<char> lacking = points_not_followed();
+        if (std::find(lacking.begin(), lacking.end(), 1) == lacking.end()) return {};
         SmoothingSystem fitted = system_;
         const auto finer = start_finer(lacking);
         if (!finer) return tl::unexpected(finer.error());
@@ -200,6 +188,14 @@ class Smoothing {
         return any;
     }
 
+    /// Of those that were measured: where a point is only supposed, the curve is where it should be.
+    std::vector<char> points_not_followed() const {
+        std::vector<double> residuals = system_.residuals();
+        for (std::size_t i = 0; i < supposed_sigma_mm_.size(); ++i)
+            if (supposed_sigma_mm_[i] > 0.0) residuals[i] = 0.0;
+        return not_followed(residuals, least_sigma_mm);
+    }
+
     core::Status anew() {
         const std::size_t most = std::clamp(anchors_.size() * 2, least_spans, most_spans);
         return system_.start(graded_knots(anchors_, anchor_t_, period_, turn_rad_, most, widest_), t_);
@@ -207,7 +203,7 @@ class Smoothing {
 
     /// Halves the spans that do not follow `lacking` points, as `widest_` of the anchors there. Are there any?
     bool halve(std::span<const char> lacking) {
-        const std::vector<char> still = points_not_followed(system_, supposed_sigma_mm_);
+        const std::vector<char> still = points_not_followed();
         const auto& breaks = system_.breaks();
         const auto last_not_above = [](std::span<const double> values, double value) {
             return static_cast<std::size_t>(std::upper_bound(values.begin() + 1, values.end(), value) -
