@@ -73,10 +73,10 @@ FamilyErrors measure(Family family, double sigma_mm, double bad_share) {
 TEST(FamilyContour, OneMicrometreOfNoise) {
     for (const Family family : families::all_families) {
         const FamilyErrors all = measure(family, 1e-3, 0.0);
-        EXPECT_LT(all.sides.rms_um(), 0.32);
-        EXPECT_LT(all.edges.rms_um(), 0.40);
-        EXPECT_LT(all.sides.largest_um, 1.0);
-        EXPECT_LT(all.edges.largest_um, 1.2);
+        EXPECT_LT(all.sides.rms_um(), 0.29);
+        EXPECT_LT(all.edges.rms_um(), 0.29);
+        EXPECT_LT(all.sides.largest_um, 0.9);
+        EXPECT_LT(all.edges.largest_um, 0.8);
         EXPECT_GT(all.covered, 0.93);
         EXPECT_LT(all.covered, 0.97);
     }

@@ -336,8 +336,10 @@ function openRun() {
 
 async function look() {
   try {
+    const before = status?.job;
     status = await get<Status>('/api/status');
     if (!status.job?.running) stopping = false;
+    if (before && (before.id !== status.job?.id || before.running !== status.job.running)) void lookAtRuns();
     if (!run || (run.isLive && status.job && status.job.id !== run.id)) openRun();
   } catch (error) {
     if (error instanceof Refused && error.status === 401 && (await askToken())) return look();

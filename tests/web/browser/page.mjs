@@ -132,6 +132,7 @@ try {
 
   await until(page, 'the end and its verdict', () => document.body.dataset.motion === 'ended' && !!document.querySelector('#state .badge'), null, 60000);
   await until(page, 'the stop button is gone', () => document.getElementById('stop').hidden);
+  await until(page, 'and the list of runs has it', () => !!document.querySelector('#runs-body .badge:not(.open_run)'));
   await page.locator('#follow').click();
   await page.keyboard.press('0');
   await picture(page, 'ended');
