@@ -41,6 +41,9 @@ void bench_gaps();
 /// Blades of three families with bad points in runs of one to five, low and high, of 600, 1000 and 2000 points: how
 /// many of the bad ones are missed and of the good ones lost.
 void bench_bad_runs();
+/// Airfoils of 60 mm chord and their ball centres, 100 scans each, spaced three ways: errors of the smoothing splines
+/// and of the contour; root mean square, largest of a scan on average, largest of all.
+void bench_airfoils();
 /// Microseconds an offset contour of 2000 points and the offset as a spline, with its true error.
 void bench_offsets();
 

@@ -58,6 +58,7 @@ int main(int count, char** arguments) {
     const auto wanted = [&](const char* name) { return only.empty() || only == name; };
     std::printf("%-58s %10s  %10s  %10s  %-10s %s\n", "", "min", "median", "max", "unit", "target");
     if (wanted("peers")) cmm::bench::bench_peers();
+    if (wanted("airfoils")) cmm::bench::bench_airfoils();
     if (wanted("offsets")) cmm::bench::bench_offsets();
     if (wanted("gaps")) cmm::bench::bench_gaps();
     if (wanted("runs")) cmm::bench::bench_bad_runs();
