@@ -18,7 +18,7 @@ namespace {
 constexpr double steep_share = 0.3;           // of the farthest of a run
 constexpr std::size_t shorter_than_dent = 3;  // so many points of a dent do not show its flanks
 constexpr std::size_t parts_of_a_level_span = 4;
-constexpr double good_sigmas = 3.0;  // off what the others foretell, of a point that is left out where nothing strays
+constexpr double good_sigmas = 3.0;  // off what the others foretell, by its own noise
 
 /// May be good or bad.
 bool is_open(const PointVerdict& verdict) {
@@ -92,14 +92,17 @@ StrayPoints stray_points(const SurfaceCompensation& surface, double z_mm, std::s
     std::vector<std::size_t> along(open.size());
     std::iota(along.begin(), along.end(), std::size_t{0});
     std::sort(along.begin(), along.end(), [&](std::size_t a, std::size_t b) { return feet[a].s_mm < feet[b].s_mm; });
+    // The rows' curves scatter less than their points.
+    const double good_mm = good_sigmas * row->smooth().sigma_mm;
     std::vector<std::optional<double>> most(open.size());
     for (std::size_t k = 0; k < open.size(); ++k)
         most[k] = most_off(places, feet[k].foot);
-    const auto is_off = [&](std::size_t k) { return most[k] && std::abs(feet[k].distance_mm) > *most[k]; };
+    const auto is_off = [&](std::size_t k) {
+        return most[k] && std::abs(feet[k].distance_mm) > std::max(*most[k], good_mm);
+    };
     StrayPoints found;
-    const double good_mm = good_sigmas * row->smooth().sigma_mm;
     for (std::size_t k = 0; k < open.size(); ++k)
-        if (is_left_out(verdicts[open[k]]) && std::abs(feet[k].distance_mm) <= most[k].value_or(good_mm))
+        if (is_left_out(verdicts[open[k]]) && std::abs(feet[k].distance_mm) <= std::max(most[k].value_or(0.0), good_mm))
             found.good.push_back({open[k], feet[k].distance_mm});
     const auto first = std::find_if_not(along.begin(), along.end(), is_off);
     std::rotate(along.begin(), first, along.end());

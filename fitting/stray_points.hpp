@@ -30,10 +30,10 @@ struct StrayPoints {
 
 /// Bad points that nothing in their own section betrays (two or three beside an edge, where the next good one is far),
 /// and good ones that it has left out with bad ones beside them: where the section at `z_mm` strays from the surface of
-/// ball centres through all sections, those of its `centres` that lie farther off it than the others' scatter allows,
-/// and those that do not; elsewhere, of those left out, the ones within three standard deviations of the section's
-/// points. Of a run of four or five none may be off by less than three tenths of the farthest, and longer runs are a
-/// feature of the part: none of those is taken, and none of a section that lies apart as a rigid whole
+/// ball centres through all sections, those of its `centres` that lie farther off it than the others' scatter allows
+/// and than three standard deviations of the section's points, and those that do not; elsewhere, of those left out, the
+/// ones within three. Of a run of four or five none may be off by less than three tenths of the farthest, and longer
+/// runs are a feature of the part: none of those is taken, and none of a section that lies apart as a rigid whole
 /// (displaced_row.hpp). Points that are out already (`verdicts`: no contact, operator, duplicate) or that an operator
 /// keeps are passed over. `surface` has been laid; one per input point.
 StrayPoints stray_points(const SurfaceCompensation& surface, double z_mm, std::span<const Vec2> centres,

@@ -29,9 +29,10 @@ struct StraySections : ::testing::Test {
     families::BladeRows rows;
     std::deque<SectionSetup> setups;
 
-    explicit StraySections(std::uint64_t seed = 63) : blade(families::Family::fan, seed) {
+    explicit StraySections(std::uint64_t seed = 63, double sigma_mm = 1e-3) : blade(families::Family::fan, seed) {
         families::ScanOptions scanning;
         scanning.seed = seed;
+        scanning.sigma_mm = sigma_mm;
         rows = families::scan_rows(blade, 25, 2.0, blade.height() - 2.0, scanning);
         for (std::size_t k = 0; k < rows.rows.size(); ++k) {
             SectionSetup& setup = setups.emplace_back();
@@ -179,6 +180,30 @@ TEST_F(LeftOutWithBadOnes, AGoodPointComesBackAlone) {
     EXPECT_FALSE(results[section].points[good].verdict.kept) << "by the other sections, not by an operator";
     EXPECT_EQ(missed(results[section]), 0U);
     EXPECT_LT(largest_error_mm(results[section]), 1.5e-3);
+}
+
+/// Seven and more standard deviations of its points: a section beside the TE follows three of 23, 60 and 35 um.
+struct StraysInMuchNoise : StraySections {
+    StraysInMuchNoise() : StraySections(3, 5e-3) {}
+};
+
+TEST_F(StraysInMuchNoise, AreFoundAndNoGoodPointWithThem) {
+    constexpr std::size_t section = 18;
+    PartJudge judge;
+    for (std::size_t k = 0; k < setups.size(); ++k) {
+        const auto& alone = judge.finish(setups[k], points(k));
+        if (k == section) {
+            EXPECT_GT(largest_error_mm(alone), 25e-3);
+        }
+    }
+    judge.complete();
+    const auto results = judge.take();
+    EXPECT_LT(largest_error_mm(results[section]), 8e-3);
+    for (const auto& result : results)
+        for (std::size_t i = 0; i < result.points.size(); ++i)
+            EXPECT_FALSE(result.points[i].verdict.reason == RejectReason::fit_residual &&
+                         rows.bad[result.index][i] == 0.0)
+                << "section " << result.index << ", point " << i;
 }
 
 }  // namespace
