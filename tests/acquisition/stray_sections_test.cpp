@@ -182,7 +182,7 @@ TEST_F(LeftOutWithBadOnes, AGoodPointComesBackAlone) {
     EXPECT_LT(largest_error_mm(results[section]), 1.5e-3);
 }
 
-/// Seven and more standard deviations of its points: a section beside the TE follows three of 23, 60 and 35 um.
+/// A section beside its TE follows three of 23, 60 and 35 um, the middle one twelve standard deviations high.
 struct StraysInMuchNoise : StraySections {
     StraysInMuchNoise() : StraySections(3, 5e-3) {}
 };
