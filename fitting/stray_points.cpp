@@ -97,13 +97,13 @@ StrayPoints stray_points(const SurfaceCompensation& surface, double z_mm, std::s
     std::vector<std::optional<double>> most(open.size());
     for (std::size_t k = 0; k < open.size(); ++k)
         most[k] = most_off(places, feet[k].foot);
-    const auto is_off = [&](std::size_t k) {
-        return most[k] && std::abs(feet[k].distance_mm) > std::max(*most[k], good_mm);
+    const auto is_good = [&](std::size_t k) {
+        return std::abs(feet[k].distance_mm) <= std::max(most[k].value_or(0.0), good_mm);
     };
+    const auto is_off = [&](std::size_t k) { return most[k] && !is_good(k); };
     StrayPoints found;
     for (std::size_t k = 0; k < open.size(); ++k)
-        if (is_left_out(verdicts[open[k]]) && std::abs(feet[k].distance_mm) <= std::max(most[k].value_or(0.0), good_mm))
-            found.good.push_back({open[k], feet[k].distance_mm});
+        if (is_left_out(verdicts[open[k]]) && is_good(k)) found.good.push_back({open[k], feet[k].distance_mm});
     const auto first = std::find_if_not(along.begin(), along.end(), is_off);
     std::rotate(along.begin(), first, along.end());
     std::vector<StrayPoint> run;
